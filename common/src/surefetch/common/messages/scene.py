@@ -1,0 +1,134 @@
+"""A simulated table as plain values, and the scorer's questions to the simulated cell.
+
+Nothing here is known to perception, belief or planner: only the simulated cell and the scorer use it.
+"""
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefetch.common import arrays
+from surefetch.common.messages.base import Message, Name, Xyz
+from surefetch.common.messages.frame import FrameId
+
+Shape = Literal["cube", "block", "cylinder", "ball", "hexagonal prism"]
+MarkingKind = Literal["plain", "stripe", "dot", "cross"]
+Face = Literal["front", "right", "top"]
+Rgb = tuple[float, float, float]
+"""Linear 0 … 1."""
+
+
+class Marking(Message, frozen=True):
+    """A patch on one face, in the body's own axes: front is -x (towards the robot), right is -y."""
+
+    kind: MarkingKind
+    face: Face
+    rgb: Rgb
+    coverage: float
+    """Share of the face, 0.3 … 0.6."""
+
+
+class Body(Message, frozen=True):
+    """A loose object that stands upright. Position is the centre of its bottom."""
+
+    name: Name
+    shape: Shape
+    size_m: Xyz
+    """Full sizes along its own x, y, z; for round bodies x = y = diameter."""
+    rgb: Rgb
+    marking: Marking | None
+    mass_kg: float
+    position_world_m: Xyz
+    yaw_rad: float
+
+
+class Container(Message, frozen=True):
+    """Walls and a floor, fixed to the table. Position is the centre of its bottom."""
+
+    kind: Literal["tray", "open box", "bin", "crate"]
+    inner_size_m: tuple[float, float]
+    wall_height_m: float
+    wall_thickness_m: float
+    floor_thickness_m: float
+    rgb: Rgb
+    position_world_m: Xyz
+    yaw_rad: float
+    covered: bool
+    lid_rgb: Rgb
+
+
+class Screen(Message, frozen=True):
+    """A matt grey wall, fixed to the table: an obstacle, never an object."""
+
+    size_m: Xyz
+    position_world_m: Xyz
+    yaw_rad: float
+
+
+class Lighting(Message, frozen=True):
+    """One directional light with shadows."""
+
+    direction: Xyz
+    ambient: float
+    diffuse: float
+    specular: float
+
+
+class CameraSpec(Message, frozen=True):
+    """The simulated camera's image size and field of view."""
+
+    width: int = 640
+    height: int = 480
+    vertical_fov_deg: float = 50.0
+
+
+class Scene(Message, frozen=True):
+    """Everything physical on one table, and the seed of its hidden noise."""
+
+    family: Name
+    seed: int
+    generator_version: int
+    bodies: tuple[Body, ...]
+    container: Container | None
+    screens: tuple[Screen, ...]
+    lighting: Lighting
+    table_rgb: Rgb
+    camera: CameraSpec = CameraSpec()
+
+
+class SceneLoaded(Message, frozen=True):
+    """The simulated cell holds this scene, settled, the arm at home."""
+
+    bodies: int
+    largest_shift_m: float
+
+
+class AskTruth(Message, frozen=True):
+    """The scorer's question. `frame`: also the segmentation of that frame."""
+
+    frame: FrameId | None = None
+
+
+class BodyTruth(Message, frozen=True):
+    """Where a body is now. Position is the centre of its bottom in its own axes."""
+
+    name: Name
+    position_world_m: Xyz
+    quaternion_xyzw: tuple[float, float, float, float]
+
+
+class Truth(Message, frozen=True, eq=False):
+    """The simulated cell's own state, for scoring alone."""
+
+    bodies: tuple[BodyTruth, ...]
+    lid_position_world_m: Xyz | None
+    touched: tuple[Name, ...]
+    """Bodies that both fingers have closed on since the scene was loaded, in order."""
+    held: str | None
+    segmentation: NDArray[np.int16] | None
+    """(h, w): index into `bodies`, or -1 nothing, -2 container, -3 lid, -4 screen, -5 table, -6 arm."""
+
+    def __post_init__(self) -> None:
+        if self.segmentation is not None:
+            arrays.check("segmentation", self.segmentation, np.int16, (None, None))
