@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def check(
-    name: str, value: object, dtype: type[np.generic], shape: Sequence[int | None]
-) -> None:
+def check(name: str, value: object, dtype: type[np.generic], shape: Sequence[int | None]) -> None:
     """Refuse an array of another dtype or shape (None fits any size), or with non-finite numbers.
 
     Raises:

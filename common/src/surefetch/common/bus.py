@@ -25,7 +25,7 @@ class Bus(Protocol):
         ...
 
     def publish(self, stream: Stream[Q], message: Q) -> None:
-        """Give a message to whoever listens; never blocks for long, never raises for want of one."""
+        """Give a message to whoever listens; never blocks for long, needs no listener."""
         ...
 
     def listen(self, stream: Stream[Q], on_message: Callable[[Q], None]) -> None:

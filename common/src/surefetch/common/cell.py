@@ -57,7 +57,7 @@ class Delivery(CellValue, frozen=True):
 
 
 class View(CellValue, frozen=True):
-    """A camera pose on a sphere about `look_at_m`. Azimuth 0 is the robot's side, positive to -y."""
+    """A camera pose on a sphere about `look_at_m`. Azimuth 0: the robot's side, positive to -y."""
 
     name: str
     elevation_deg: float

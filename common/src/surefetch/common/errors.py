@@ -2,7 +2,7 @@
 
 
 class SurefetchError(Exception):
-    """What was wrong, with which input, and what to do. The message is shown to the user as it is."""
+    """What was wrong, with which input, and what to do. The user sees it as it is."""
 
     exit_code = 3
 
@@ -24,7 +24,7 @@ class CodecError(SurefetchError):
 
 
 class Refused(SurefetchError):
-    """The other side answered, and its answer is no: `reason` is for programs, the text for people."""
+    """The other side answered, and its answer is no: `reason` is for programs."""
 
     def __init__(self, reason: str, text: str) -> None:
         super().__init__(text)

@@ -43,9 +43,11 @@ def rotation_from_vector(rotvec_rad: Array) -> Array:
     x, y, z = rotvec_rad
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     if angle < 1e-12:
-        return np.eye(3) + K
+        R: Array = np.eye(3) + K
+        return R
     K = K / angle
-    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
+    R = np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
+    return R
 
 
 def rotation_angle(R: Array) -> float:

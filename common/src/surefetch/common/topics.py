@@ -1,8 +1,8 @@
-"""The one table of topics: who may say what to whom. Code, tests and the README read it from here."""
+"""The one table of topics: who may say what to whom. Code, tests, README read it."""
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final, Generic, Literal, TypeVar
+from typing import Any, Final, Generic, Literal, TypeVar
 
 from surefetch.common import messages as m
 
@@ -55,7 +55,7 @@ class Topic(Generic[Q, R]):
 
 @dataclass(frozen=True)
 class Stream(Generic[Q]):
-    """Messages that one service publishes for whoever listens; nothing in the protocol needs them."""
+    """Messages that one service publishes for whoever listens; the protocol needs none."""
 
     service: str
     verb: str
@@ -68,38 +68,78 @@ MiB = 1024 * 1024
 
 CAPTURE = Topic(EXECUTOR, "capture", m.Capture, m.FrameInfo, Traffic.COMMAND, ("planner",))
 FRAME = Topic(
-    EXECUTOR, "frame", m.FrameId, m.Frame, Traffic.BULK, ("perception", "operator", "scorer"),
+    EXECUTOR,
+    "frame",
+    m.FrameId,
+    m.Frame,
+    Traffic.BULK,
+    ("perception", "operator", "scorer"),
     max_reply_bytes=64 * MiB,
 )
 OBSERVE = Topic(
-    PERCEPTION, "observe", m.Observe, m.Observations, Traffic.DECISION, ("planner",),
+    PERCEPTION,
+    "observe",
+    m.Observe,
+    m.Observations,
+    Traffic.DECISION,
+    ("planner",),
     max_reply_bytes=16 * MiB,
 )
 VOCABULARY = Topic(
     PERCEPTION, "vocabulary", m.Empty, m.Vocabulary, Traffic.DECISION, ("planner", "operator")
 )
 UPDATE = Topic(
-    BELIEF, "update", m.Update, m.BeliefReply, Traffic.DECISION, ("planner",),
-    max_request_bytes=16 * MiB, max_reply_bytes=16 * MiB,
+    BELIEF,
+    "update",
+    m.Update,
+    m.BeliefReply,
+    Traffic.DECISION,
+    ("planner",),
+    max_request_bytes=16 * MiB,
+    max_reply_bytes=16 * MiB,
 )
 FEASIBLE = Topic(
-    EXECUTOR, "feasible", m.AskFeasible, m.Feasibility, Traffic.DECISION, ("planner",),
-    max_request_bytes=16 * MiB, max_reply_bytes=MiB,
+    EXECUTOR,
+    "feasible",
+    m.AskFeasible,
+    m.Feasibility,
+    Traffic.DECISION,
+    ("planner",),
+    max_request_bytes=16 * MiB,
+    max_reply_bytes=MiB,
 )
 EXECUTE = Topic(
-    EXECUTOR, "execute", m.Command, m.Outcome, Traffic.COMMAND, ("planner",),
-    max_request_bytes=16 * MiB, max_reply_bytes=16 * MiB,
+    EXECUTOR,
+    "execute",
+    m.Command,
+    m.Outcome,
+    Traffic.COMMAND,
+    ("planner",),
+    max_request_bytes=16 * MiB,
+    max_reply_bytes=16 * MiB,
 )
 INSTRUCT = Topic(PLANNER, "instruct", m.Instruct, m.Accepted, Traffic.COMMAND, ("operator",))
 CANCEL = Topic(PLANNER, "cancel", m.Cancel, m.Empty, Traffic.COMMAND, ("operator",))
 STOP = Topic(EXECUTOR, "stop", m.Stop, m.Stopped, Traffic.STOP, ("operator", "planner"))
 LOAD_SCENE = Topic(
-    EXECUTOR, "scene", m.Scene, m.SceneLoaded, Traffic.COMMAND, ("scorer",),
-    max_request_bytes=MiB, simulated_only=True,
+    EXECUTOR,
+    "scene",
+    m.Scene,
+    m.SceneLoaded,
+    Traffic.COMMAND,
+    ("scorer",),
+    max_request_bytes=MiB,
+    simulated_only=True,
 )
 TRUTH = Topic(
-    EXECUTOR, "truth", m.AskTruth, m.Truth, Traffic.COMMAND, ("scorer",),
-    max_reply_bytes=16 * MiB, simulated_only=True,
+    EXECUTOR,
+    "truth",
+    m.AskTruth,
+    m.Truth,
+    Traffic.COMMAND,
+    ("scorer",),
+    max_reply_bytes=16 * MiB,
+    simulated_only=True,
 )
 
 STATUS = {
@@ -108,19 +148,36 @@ STATUS = {
 }
 JOURNAL = {
     service: Topic(
-        service, "journal", m.JournalPage, m.JournalBytes, Traffic.BULK, ("operator", "scorer"),
+        service,
+        "journal",
+        m.JournalPage,
+        m.JournalBytes,
+        Traffic.BULK,
+        ("operator", "scorer"),
         max_reply_bytes=16 * MiB,
     )
     for service in SERVICES
 }
 
-TOPICS: tuple[Topic[m.Message, m.Message], ...] = (  # type: ignore[assignment]
-    CAPTURE, FRAME, OBSERVE, VOCABULARY, UPDATE, FEASIBLE, EXECUTE, INSTRUCT, CANCEL, STOP,
-    LOAD_SCENE, TRUTH, *STATUS.values(), *JOURNAL.values(),
+TOPICS: Final[tuple[Topic[Any, Any], ...]] = (
+    CAPTURE,
+    FRAME,
+    OBSERVE,
+    VOCABULARY,
+    UPDATE,
+    FEASIBLE,
+    EXECUTE,
+    INSTRUCT,
+    CANCEL,
+    STOP,
+    LOAD_SCENE,
+    TRUTH,
+    *STATUS.values(),
+    *JOURNAL.values(),
 )
 
 EVENTS = Stream(PLANNER, "event", m.Event, ("operator", "scorer"))
 OBSERVED = Stream(PERCEPTION, "observed", m.Observations, ("operator", "scorer"), 16 * MiB)
 MOVED = Stream(EXECUTOR, "moved", m.Motion, ("operator", "scorer"))
 
-STREAMS: tuple[Stream[m.Message], ...] = (EVENTS, OBSERVED, MOVED)  # type: ignore[assignment]
+STREAMS: Final[tuple[Stream[Any], ...]] = (EVENTS, OBSERVED, MOVED)

@@ -13,7 +13,7 @@ from surefetch.common.messages.observation import Box3d, ContainerReading, Cover
 
 Refusal = Literal["reach", "limits", "path", "collision", "aperture", "access", "estimate"]
 """Why the robot cannot: inverse kinematics, joint or workspace limits, no path, collision at the
-pose, wider than the gripper opens, walls or neighbours leave no room, nothing perceived to act on."""
+pose, wider than the gripper opens, no room for the fingers, nothing perceived to act on."""
 
 
 class Estimate(Message, frozen=True, eq=False):

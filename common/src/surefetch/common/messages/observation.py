@@ -48,7 +48,7 @@ class Observe(Message, frozen=True):
 
 
 class Mask(Message, frozen=True):
-    """A binary image, run-length coded: column-major runs, background first (COCO, uncompressed)."""
+    """A binary image, run-length coded: column-major, background first (uncompressed COCO)."""
 
     height: int
     width: int
@@ -95,7 +95,7 @@ class Detection(Message, frozen=True, eq=False):
     group: int
     representative: bool
     center_world_m: Xyz | None
-    """Centre of the body, not of its visible surface. None: no usable depth; logged, not tracked."""
+    """Centre of the body, not of its visible surface. None: no usable depth, not tracked."""
     solid: Box3d | None
     """Extents, yaw and top of the body as far as seen; bottom is where it stands."""
     points_world_m: NDArray[np.float32]

@@ -1,6 +1,6 @@
 """A simulated table as plain values, and the scorer's questions to the simulated cell.
 
-Nothing here is known to perception, belief or planner: only the simulated cell and the scorer use it.
+Only the simulated cell and the scorer use these; perception, belief and planner never see them.
 """
 
 from typing import Literal
@@ -127,7 +127,7 @@ class Truth(Message, frozen=True, eq=False):
     """Bodies that both fingers have closed on since the scene was loaded, in order."""
     held: str | None
     segmentation: NDArray[np.int16] | None
-    """(h, w): index into `bodies`, or -1 nothing, -2 container, -3 lid, -4 screen, -5 table, -6 arm."""
+    """(h, w): index into `bodies`; -1 nothing, -2 container, -3 lid, -4 screen, -5 table, -6 arm"""
 
     def __post_init__(self) -> None:
         if self.segmentation is not None:
