@@ -99,7 +99,7 @@ ARM_SHAPES: tuple[Solid, ...] = (
     Cylinder("upper arm elbow", "upper_arm", (-0.6127, 0.0, 0.176), "z", 0.072, 0.15),
     Cylinder("forearm", "forearm", (-0.285775, 0.0, 0.045), "x", 0.052, 0.57155),
     Cylinder("forearm elbow", "forearm", (0.0, 0.0, 0.045), "z", 0.066, 0.14),
-    Cylinder("forearm wrist", "forearm", (-0.57155, 0.0, 0.045), "z", 0.058, 0.12),
+    Cylinder("forearm wrist", "forearm", (-0.57155, 0.0, 0.045), "z", 0.058, 0.11),
     Cylinder("wrist 1", "wrist_1", (0.0, 0.0, 0.165), "z", 0.058, 0.135),
     Cylinder("wrist 1 cross", "wrist_1", (0.0, 0.0, 0.17415), "y", 0.058, 0.12),
     Cylinder("wrist 2", "wrist_2", (0.0, 0.0, 0.11), "z", 0.058, 0.135),
