@@ -36,6 +36,8 @@ class Speeds(CellValue, frozen=True):
     """Limits that the executor keeps."""
 
     joint_fraction: float
+    """Of the maker's joint speeds"""
+    joint_acceleration_rad_s2: float
     tcp_free_m_s: float
     tcp_near_m_s: float
     tcp_last_30mm_m_s: float
