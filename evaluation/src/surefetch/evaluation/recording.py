@@ -1,0 +1,145 @@
+"""A scene recorded once: what perception said in every reachable state, and the scorer's own file.
+
+A state is a view and a cover state. The recording holds what a policy may know; the truth lies in
+a file of its own, which only fitting, calibrating and scoring read.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Final, Literal
+
+from surefetch.common.cell import Cell, InformRow
+from surefetch.common.errors import BadInput
+from surefetch.common.hypotheses import Relation
+from surefetch.common.messages import Message, Name, Observations, Target, Text
+
+FORMAT: Final = 1
+FIRST_VIEW: Final = "center"
+FIRST_Q: Final = "center"
+
+Cover = Literal["none", "closed", "open"]
+Path = tuple[str, ...]
+"""Names of information actions, in the order in which they are taken."""
+
+
+class State(Message, frozen=True):
+    """Where the camera is and what became of the cover."""
+
+    view: Name
+    cover: Cover
+
+
+class Shot(Message, frozen=True, eq=False):
+    """One state, captured and perceived."""
+
+    state: State
+    observations: Observations
+
+
+class Recording(Message, frozen=True, eq=False):
+    """Everything a policy may learn of one scene."""
+
+    format: int
+    family: Name
+    seed: int
+    generator_version: int
+    cell: Name
+    backend: Name
+    sentence: Text
+    target: Target
+    covered: bool
+    """Whether the scene begins with a cover on the container."""
+    shots: tuple[Shot, ...]
+    durations: dict[str, float]
+
+    def shot(self, state: State) -> Observations:
+        """What was seen in a state. Raises BadInput when it was not recorded."""
+        for shot in self.shots:
+            if shot.state == state:
+                return shot.observations
+        raise BadInput(
+            f"{self.family}:{self.seed} was recorded without the view {state.view} with cover "
+            f"{state.cover}. Record it again."
+        )
+
+
+class ShotTruth(Message, frozen=True):
+    """The body under each detection of one state, by the majority of its mask; None: no body."""
+
+    state: State
+    bodies: dict[str, str | None]
+
+
+class RecordingTruth(Message, frozen=True):
+    """What only the scorer knows of a recorded scene."""
+
+    format: int
+    family: Name
+    seed: int
+    target: str | None
+    relation: Relation | None
+    graspable: tuple[str, ...]
+    """Bodies within the gripper's opening."""
+    shots: tuple[ShotTruth, ...]
+
+    def bodies(self, state: State) -> dict[str, str | None]:
+        """The body under each detection of a state."""
+        return next(shot.bodies for shot in self.shots if shot.state == state)
+
+
+def first_state(covered: bool) -> State:
+    """Where every episode begins."""
+    return State(view=FIRST_VIEW, cover="closed" if covered else "none")
+
+
+def after(state: State, row: InformRow) -> State:
+    """The state that an information action leads to, when it succeeds."""
+    return State(view=row.view, cover="open" if row.kind == "remove_cover" else state.cover)
+
+
+def admissible(state: State, used: Iterable[str], cell: Cell) -> Iterator[InformRow]:
+    """Information actions that a policy may take, in tie order."""
+    physical = "covered" if state.cover == "closed" else "open"
+    spent = set(used)
+    return (row for row in cell.informs if row.requires == physical and row.name not in spent)
+
+
+def paths(covered: bool, cell: Cell) -> list[Path]:
+    """All sequences of information actions, the empty one first, each after its beginnings."""
+
+    def grow(path: Path, state: State) -> Iterator[Path]:
+        yield path
+        for row in admissible(state, path, cell):
+            yield from grow((*path, row.name), after(state, row))
+
+    return list(grow((), first_state(covered)))
+
+
+def exhaustive_path(covered: bool, cell: Cell) -> Path:
+    """Everything there is to see: the cover removed if there is one, then all views, in tie order.
+
+    Source: `sec:experiments`; the paths along which the quantile is calibrated.
+    """
+    path: Path = ()
+    state = first_state(covered)
+    while (row := next(admissible(state, path, cell), None)) is not None:
+        path, state = (*path, row.name), after(state, row)
+    return path
+
+
+def state_after(path: Sequence[str], covered: bool, cell: Cell) -> State:
+    """Where a sequence of information actions leads."""
+    state = first_state(covered)
+    for name in path:
+        state = after(state, cell.inform(name))
+    return state
+
+
+def condition_after(path: Sequence[str], cell: Cell) -> str:
+    """The viewing condition of the capture at the end of a sequence."""
+    return cell.inform(path[-1]).q if path else FIRST_Q
+
+
+def states(covered: bool, cell: Cell) -> list[State]:
+    """The states that can be reached, each once, in the order in which the arm visits them."""
+    reached = [state_after(path, covered, cell) for path in paths(covered, cell)]
+    return list(dict.fromkeys(reached))
