@@ -28,8 +28,9 @@ HELD = "held"
 FINGERS = ("left finger", "right finger")
 PADDING_M = 0.005
 """Every robot shape is grown by this, half of the 10 mm between checked states of a path."""
-FINGER_PADDING_M = 0.002
-"""Fingers work close to things, and their approach is checked in steps of 4 mm."""
+FINGER_PADDING_SHARE = 0.4
+"""Fingers work close to things, and their approach is checked in steps of 4 mm: 2 mm do."""
+RECHECK_SHARE = 0.9
 TABLE_CLEARANCE_M = 0.010
 FINGER_TABLE_CLEARANCE_M = 0.003
 STANDS_ON_TABLE = ("base", "shoulder", "shoulder side")
@@ -73,6 +74,14 @@ class CollisionScene:
     def holding(self, held: Held | None) -> "CollisionScene":
         """The same scene with this object in the hand."""
         return replace(self, held=held)
+
+    def for_recheck(self) -> "CollisionScene":
+        """The same scene for the samples of a timed path.
+
+        They lie within 5 mm of each other and beside the states that the path was checked at, so
+        that a path which grazes the padding is not refused for a micrometre.
+        """
+        return replace(self, padding_m=RECHECK_SHARE * self.padding_m)
 
     def in_collision(self, q_rad: Array, width_m: float) -> Pair | None:
         """A colliding pair of the configuration (6,) at a finger opening, or None."""
@@ -217,7 +226,7 @@ def _robot_shapes(scene: CollisionScene) -> list[_Shape]:
     shapes = [_shape_of(solid, solid.link, np.eye(4), scene.padding_m) for solid in solids]
     for name in FINGERS:
         finger = ur10e.Box(name, "tool0", (0.0, 0.0, 0.0), ur10e.FINGER_SIZE_M)
-        padding = min(FINGER_PADDING_M, scene.padding_m)
+        padding = FINGER_PADDING_SHARE * scene.padding_m
         shapes.append(_shape_of(finger, "tool0", np.eye(4), padding))
     shapes.append(_shape_of(ur10e.CAMERA_BODY, "tool0", scene.T_flange_camera, scene.padding_m))
     if scene.held is not None:

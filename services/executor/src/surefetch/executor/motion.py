@@ -16,6 +16,7 @@ from surefetch.executor.collision import CollisionScene
 from surefetch.executor.infeasible import Infeasible
 from surefetch.executor.paths import (
     ROUNDING_RAD,
+    STEP_M,
     Room,
     densify,
     find_path,
@@ -28,6 +29,8 @@ from surefetch.executor.timing import Limits, time_joint_move, time_path
 
 NEAR_TABLE_M = 0.10
 LAST_M = 0.03
+STEPS_M = (STEP_M, STEP_M / 2.0, STEP_M / 4.0)
+"""Steps of path checks: finer when the timed path meets what the coarse steps stepped over."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,11 +80,16 @@ class MotionPlanner:
         Raises:
             Infeasible: collision or limits at the start or at every goal; path when none is found.
         """
-        room = Room(self._cell, scene, tool.width_m)
-        waypoints = find_path(start_rad, np.atleast_2d(goals_rad), room, rng)
-        if len(waypoints) == 2:
-            return self._checked(self._timed_joint_move(waypoints, tool), room)
-        return self._rounded(waypoints, room, tool)
+        why = ""
+        for step_m in STEPS_M:
+            room = Room(self._cell, scene, tool.width_m, step_m)
+            waypoints = find_path(start_rad, np.atleast_2d(goals_rad), room, rng)
+            trajectory = self._timed(waypoints, room, tool)
+            refusal = self._recheck(trajectory, scene, tool)
+            if refusal is None:
+                return trajectory
+            why = refusal.why
+        raise Infeasible("path", f"the timed path is not free: {why}")
 
     def to_pose(
         self,
@@ -149,7 +157,16 @@ class MotionPlanner:
             p = tcp_positions(path, tool.width_m)
             limit[np.linalg.norm(p - p[-1], axis=1) < LAST_M] = self._cell.speeds.tcp_last_30mm_m_s
         timed = time_path(path, self._limits, limit, tool.width_m)
-        return self._checked(timed, Room(self._cell, scene, tool.width_m))
+        refusal = self._recheck(timed, scene, tool)
+        if refusal is not None:
+            raise refusal
+        return timed
+
+    def _recheck(
+        self, trajectory: Trajectory, scene: CollisionScene, tool: Tool
+    ) -> Infeasible | None:
+        """Why the samples of a timed path are not allowed, or None."""
+        return Room(self._cell, scene.for_recheck(), tool.width_m).refusal(trajectory.q_rad)
 
     def _timed_joint_move(self, waypoints: Array, tool: Tool) -> Trajectory:
         path = densify(waypoints)
@@ -160,30 +177,25 @@ class MotionPlanner:
             )
         return time_path(path, self._limits, limit, tool.width_m)
 
-    def _rounded(self, waypoints: Array, room: Room, tool: Tool) -> Trajectory:
+    def _timed(self, waypoints: Array, room: Room, tool: Tool) -> Trajectory:
         """The polyline without stops where rounded corners are free, else with a stop at each."""
+        if len(waypoints) == 2:
+            return self._timed_joint_move(waypoints, tool)
         for radius_rad in ROUNDING_RAD:
-            path = rounded(waypoints, radius_rad)
+            path = rounded(waypoints, radius_rad, room.step_m)
             if room.free(path):
                 limit = self._tcp_limit(path, tool)
-                return self._checked(time_path(path, self._limits, limit, tool.width_m), room)
+                return time_path(path, self._limits, limit, tool.width_m)
         legs = [
             self._timed_joint_move(waypoints[i : i + 2], tool) for i in range(len(waypoints) - 1)
         ]
-        return self._checked(joined(legs), room)
+        return joined(legs)
 
     def _tcp_limit(self, path: Array, tool: Tool) -> Array:
         """Allowed tcp speeds (n,) along a path: slower near the table and when careful."""
         speeds = self._cell.speeds
         low = tcp_positions(path, tool.width_m)[:, 2] < NEAR_TABLE_M
         return np.where(low | tool.careful, speeds.tcp_near_m_s, speeds.tcp_free_m_s)
-
-    def _checked(self, trajectory: Trajectory, room: Room) -> Trajectory:
-        """The trajectory, if its own samples keep everything the path kept."""
-        refusal = room.refusal(trajectory.q_rad)
-        if refusal is not None:
-            raise Infeasible("path", f"the timed path is not free: {refusal.why}")
-        return trajectory
 
 
 def joined(parts: Sequence[Trajectory]) -> Trajectory:

@@ -1,7 +1,7 @@
 """Paths: straight in joint space where that is free, else found by OMPL; straight lines in space.
 
 Nothing here knows about time. Every path is checked at steps in which no point of the arm moves
-more than STEP_M. OMPL's random seed is global to the process: plan from one thread.
+more than the room's step. OMPL's random seed is global to the process: plan from one thread.
 """
 
 from collections.abc import Iterator
@@ -28,6 +28,7 @@ BRANCH_JUMP_RAD = 0.25
 """Joints that move more within one step of a line have changed branch or met a singularity."""
 LEVER_M = np.array([1.5, 1.5, 0.95, 0.45, 0.35, 0.30])
 """Farthest any point of arm, tool or camera can be from each joint's axis."""
+WORKSPACE_SLACK_M = 1e-4
 RRT_RANGE_RAD = 0.7
 RRT_ROUNDS = ((0.8, 12_000), (2.5, 40_000))
 """Search box around start and goals in radians, and how many states may be checked in it."""
@@ -43,6 +44,8 @@ class Room:
     scene: CollisionScene
     width_m: float
     """Finger opening while moving"""
+    step_m: float = STEP_M
+    """No point of the arm moves more than this between checked states."""
 
     def refusal(self, q_rad: Array) -> Infeasible | None:
         """Why one of the configurations (n, 6) is not allowed, or None."""
@@ -51,7 +54,8 @@ class Room:
             joint = ur10e.JOINTS[int(past.any(axis=0).argmax())]
             return Infeasible("limits", f"{joint} would come within 5 degrees of its limit")
         p = tcp_positions(q_rad, self.width_m)
-        out = (p < self.cell.workspace_min_m) | (p > self.cell.workspace_max_m)
+        low, high = np.array([self.cell.workspace_min_m, self.cell.workspace_max_m])
+        out = (p < low - WORKSPACE_SLACK_M) | (p > high + WORKSPACE_SLACK_M)
         if out.any():
             x, y, z = p[out.any(axis=1).argmax()]
             where = f"({x:.3f}, {y:.3f}, {z:.3f}) m"
@@ -67,7 +71,7 @@ class Room:
 
     def edge_free(self, q_a: Array, q_b: Array) -> bool:
         """Whether the straight joint move is allowed; coarse steps first, to fail early."""
-        steps = densify(np.stack([q_a, q_b]))
+        steps = densify(np.stack([q_a, q_b]), self.step_m)
         return self.free(steps[::-8]) and self.free(steps)
 
 
@@ -139,7 +143,7 @@ class _EdgeChecker(ob.MotionValidator):  # type: ignore[misc]
 
     def checkMotion(self, a: Any, b: Any, *_: Any) -> bool:
         q_a, q_b = _joints_of(a), _joints_of(b)
-        self.states_checked += 1 + int((np.abs(q_b - q_a) * LEVER_M).sum() / STEP_M)
+        self.states_checked += 1 + int((np.abs(q_b - q_a) * LEVER_M).sum() / self._room.step_m)
         return self._room.edge_free(q_a, q_b)
 
 

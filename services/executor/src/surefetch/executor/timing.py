@@ -1,15 +1,15 @@
 """From a path to a trajectory: when to be where, from rest to rest, inside every limit.
 
-A straight joint move gets a jerk-limited time law (ruckig, phase-synchronised, so that it stays on
-its line). Any other path gets the fastest law that its joint speeds, joint accelerations and tcp
-speeds allow, by a forward and a backward pass over the path (after Bobrow, Dubowsky and Gibson,
-Time-Optimal Control of Robotic Manipulators Along Specified Paths, 1985).
+A straight joint move gets a jerk-limited time law (ruckig) along its line. Any other path gets the
+fastest law that its joint speeds, joint accelerations and tcp speeds allow, by a forward and a
+backward pass over the path (after Bobrow, Dubowsky and Gibson, Time-Optimal Control of Robotic
+Manipulators Along Specified Paths, 1985).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from ruckig import InputParameter, Result, Ruckig, Synchronization
+from ruckig import InputParameter, Result, Ruckig
 from ruckig import Trajectory as RuckigTrajectory
 
 from surefetch.common.cell import Speeds
@@ -44,31 +44,42 @@ def time_joint_move(
     q_a: Array, q_b: Array, limits: Limits, tcp_limit_m_s: float, width_m: float
 ) -> Trajectory:
     """The straight joint move from a to b (6,), its tcp nowhere faster than the limit."""
-    law = _ruckig(q_a, q_b, limits)
-    if law.duration < 1e-9:
-        return Trajectory(np.array([0.0, SAMPLE_S]), np.stack([q_a, q_b]))
+    if np.abs(q_b - q_a).max() < 1e-9:
+        return _at_rest(q_a)
+    law = _ruckig(q_b - q_a, limits)
     times = _sample_times(law.duration)
-    q = np.array([law.at_time(float(t))[0] for t in times])
-    fastest = _tcp_speeds(times, q, width_m).max()
+    fastest = _tcp_speeds(times, _on_line(q_a, q_b, law, times), width_m).max()
     stretch = max(float(fastest) / tcp_limit_m_s, 1.0)
-    if stretch == 1.0:
-        return Trajectory(times, q)
     times = _sample_times(law.duration * stretch)
-    return Trajectory(times, np.array([law.at_time(float(t) / stretch)[0] for t in times]))
+    return Trajectory(times, _on_line(q_a, q_b, law, times / stretch))
 
 
-def _ruckig(q_a: Array, q_b: Array, limits: Limits) -> RuckigTrajectory:
-    ask = InputParameter(6)
-    ask.synchronization = Synchronization.Phase
-    ask.current_position, ask.target_position = q_a.tolist(), q_b.tolist()
-    ask.max_velocity = limits.speed_rad_s.tolist()
-    ask.max_acceleration = [limits.acceleration_rad_s2] * 6
-    ask.max_jerk = [JERK_RAD_S3] * 6
-    law = RuckigTrajectory(6)
-    outcome = Ruckig(6).calculate(ask, law)
+def _ruckig(move_rad: Array, limits: Limits) -> RuckigTrajectory:
+    """Part of a joint move (6,) done over time, from 0 to 1 and from rest to rest.
+
+    One axis for the whole line: with six, ruckig leaves the line where phases cannot be matched.
+    """
+    ask = InputParameter(1)
+    longest = float(np.abs(move_rad).max())
+    ask.current_position, ask.target_position = [0.0], [1.0]
+    ask.max_velocity = [float((limits.speed_rad_s / np.maximum(np.abs(move_rad), 1e-12)).min())]
+    ask.max_acceleration = [limits.acceleration_rad_s2 / longest]
+    ask.max_jerk = [JERK_RAD_S3 / longest]
+    law = RuckigTrajectory(1)
+    outcome = Ruckig(1).calculate(ask, law)
     if outcome not in (Result.Working, Result.Finished):
-        raise ValueError(f"ruckig refuses a move from {q_a} to {q_b}: {outcome}")
+        raise ValueError(f"ruckig refuses a joint move by {move_rad} rad: {outcome}")
     return law
+
+
+def _on_line(q_a: Array, q_b: Array, law: RuckigTrajectory, times: Array) -> Array:
+    parts = np.array([law.at_time(float(t))[0][0] for t in times])
+    line: Array = q_a + np.clip(parts, 0.0, 1.0)[:, None] * (q_b - q_a)
+    return line
+
+
+def _at_rest(q: Array) -> Trajectory:
+    return Trajectory(np.array([0.0, SAMPLE_S]), np.stack([q, q]))
 
 
 def time_path(path: Array, limits: Limits, tcp_limit_m_s: Array, width_m: float) -> Trajectory:
@@ -76,7 +87,7 @@ def time_path(path: Array, limits: Limits, tcp_limit_m_s: Array, width_m: float)
     fine = densify(path, PATH_STEP_M)
     s = _arc(fine)
     if s[-1] < 1e-9:
-        return Trajectory(np.array([0.0, SAMPLE_S]), np.stack([path[0], path[-1]]))
+        return _at_rest(path[-1])
     tcp_limit = np.interp(s, _arc(path), tcp_limit_m_s)
     times = _time_law(fine, s, limits, tcp_limit, width_m)
     moments = _sample_times(times[-1])
