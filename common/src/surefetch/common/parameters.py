@@ -1,0 +1,213 @@
+"""Fitted numbers: what they are, where they come from, and whom they serve.
+
+A parameter file belongs to one cell and one perception back-end. The two that ship are in
+`parameters/`, one per profile; `surefetch study fit` and `surefetch study calibrate` write them.
+"""
+
+import math
+import re
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+import msgspec
+
+from surefetch.common.emission import Emission
+from surefetch.common.errors import BadInput
+from surefetch.common.hypotheses import CLASSES, OBSERVATIONS, RELATIONS
+from surefetch.common.messages import Name, Text
+
+FORMAT: Final = 1
+PROFILES: Final = ("paper", "extended")
+FULL: Final = "full"
+"""The calibration of the belief with nothing taken out."""
+
+Probability = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+CountRow = Annotated[
+    tuple[Annotated[int, msgspec.Meta(ge=0)], ...],
+    msgspec.Meta(min_length=len(OBSERVATIONS), max_length=len(OBSERVATIONS)),
+]
+CountTable = dict[str, dict[str, CountRow]]
+"""N(q, c, y) as ``[q][class]``."""
+PairedTable = dict[str, CountTable]
+"""N(a, y0, c, y) as ``[action][y0][class]``."""
+
+
+class ParameterValue(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A frozen part of a parameter file; unknown and missing keys are errors."""
+
+
+class Provenance(ParameterValue, frozen=True):
+    """Where numbers come from."""
+
+    cell: Name
+    backend: Name
+    """Perception back-end."""
+    split: Name
+    """`development`, `calibration`, or `none` for numbers that nobody measured."""
+    n_episodes: Annotated[int, msgspec.Meta(ge=0)]
+    seeds: str
+    """Half-open ranges as ``A:B``, empty for `none`."""
+    note: Text
+
+
+class Priors(ParameterValue, frozen=True):
+    """Chances before any answer, and of interactions that succeed."""
+
+    relation: dict[str, Probability]
+    """π_R, over the relations."""
+    absent: Probability
+    """b0(abs)"""
+    unobserved: Probability
+    """b0(unobs), when there are tracks; without any it has `tracked` too."""
+    tracked: Probability
+    """b0 of all tracks together."""
+    birth: Probability
+    """β_birth, the share of unobs that new tracks take."""
+    p_remove: Probability
+    p_grasp: Probability
+
+
+class Scores(ParameterValue, frozen=True):
+    """Nonconformity scores of the calibration episodes, in short."""
+
+    smallest: float
+    median: float
+    largest: float
+
+
+class Calibration(ParameterValue, frozen=True):
+    """A conformal threshold and what it rests on."""
+
+    q_hat: float | Literal["inf"]
+    alpha: str
+    """Exact: a decimal or a fraction."""
+    scores: Scores | None
+    coverage_range: tuple[Probability, Probability]
+    """5 % to 95 % range of the true coverage that so many episodes support."""
+    provenance: Provenance
+
+    @property
+    def threshold(self) -> float:
+        """q̂ as a number."""
+        return math.inf if self.q_hat == "inf" else self.q_hat
+
+
+class Parameters(ParameterValue, frozen=True):
+    """Everything fitted that belief and planner use, for one profile."""
+
+    profile: Name
+    fitted_on: Provenance
+    """Of the priors, the emission and the paired counts."""
+    priors: Priors
+    emissions: CountTable
+    paired: PairedTable
+    calibrations: dict[str, Calibration]
+    """By variant of the belief: `full`, and the ablations that change the belief."""
+    format: Literal[1] = FORMAT
+
+    def emission(self, *, pooled_views: bool = False) -> Emission:
+        """The observation model."""
+        return Emission(self.emissions, pooled_views=pooled_views)
+
+    def calibration(self, variant: str = FULL) -> Calibration:
+        """The calibration of one variant of the belief. Raises BadInput if it was not made."""
+        if variant in self.calibrations:
+            return self.calibrations[variant]
+        raise BadInput(
+            f'profile "{self.profile}" has no calibration for the belief "{variant}".\n'
+            f"  Calibrated: {', '.join(sorted(self.calibrations))}\n"
+            f"  Make it: surefetch study calibrate"
+        )
+
+    def q_hat(self, variant: str = FULL) -> float:
+        """The conformal threshold of one variant of the belief."""
+        return self.calibration(variant).threshold
+
+
+PRINTED: Final = Priors(
+    relation={"inside": 9 / 22, "outside": 13 / 22},
+    absent=5 / 27,
+    unobserved=1 / 3,
+    tracked=13 / 27,
+    birth=9 / 14,
+    p_remove=4 / 5,
+    p_grasp=6 / 7,
+)
+"""The paper's constants. Source: eq:initial-belief, eq:track-birth, text above
+eq:terminal-costs."""
+
+
+def shipped_parameters(profile: str) -> Parameters:
+    """The parameters that ship for a profile. Raises BadInput that lists the profiles."""
+    if profile not in PROFILES:
+        raise BadInput(f'there is no profile "{profile}".\n  Profiles: {", ".join(PROFILES)}')
+    path = f"parameters/{profile}.json"
+    return parse_parameters(resources.files("surefetch.common").joinpath(path).read_bytes(), path)
+
+
+def read_parameters(path: Path) -> Parameters:
+    """Read and check a parameter file. Raises BadInput naming the file and the key."""
+    try:
+        return parse_parameters(path.read_bytes(), str(path))
+    except OSError as error:
+        raise BadInput(f"parameter file {path} cannot be read: {error.strerror}") from None
+
+
+def parse_parameters(content: bytes, origin: str) -> Parameters:
+    """Checked parameters from JSON; `origin` names them in errors."""
+    try:
+        parameters = msgspec.json.decode(content, type=Parameters)
+        _check_words(parameters)
+    except (msgspec.DecodeError, ValueError) as error:
+        raise BadInput(f"parameter file {origin}: {error}") from None
+    return parameters
+
+
+def write_parameters(path: Path, parameters: Parameters) -> None:
+    """Write a parameter file for people to read and version control to compare."""
+    text = msgspec.json.format(msgspec.json.encode(parameters), indent=2).decode()
+    path.write_text(_rows_on_one_line(text) + "\n", encoding="utf-8")
+
+
+def check_origin(parameters: Parameters, *, cell: str, backend: str) -> None:
+    """Refuse parameters of another cell or perception back-end.
+
+    Raises:
+        BadInput: names both sides and the commands that fit new parameters.
+    """
+    calibrated = [("calibrated", c.provenance) for c in parameters.calibrations.values()]
+    for what, origin in [("fitted", parameters.fitted_on), *calibrated]:
+        if (origin.cell, origin.backend) != (cell, backend):
+            raise BadInput(
+                f'the parameters of profile "{parameters.profile}" were {what} on cell '
+                f'"{origin.cell}" with perception "{origin.backend}";\n'
+                f'  this is cell "{cell}" with perception "{backend}". Fit new ones:\n'
+                f"  surefetch study record --split development --episodes 100 --out DIR"
+                f" && surefetch study fit DIR && surefetch study calibrate DIR\n"
+                f"  Nothing was moved."
+            )
+
+
+def _check_words(parameters: Parameters) -> None:
+    """Refuse unknown classes, observations and relations, which decoding lets through."""
+    paired = [table for by_y0 in parameters.paired.values() for table in by_y0.values()]
+    _known(
+        "class", CLASSES, {c for table in (*parameters.emissions.values(), *paired) for c in table}
+    )
+    _known("observation", OBSERVATIONS, {y for by_y0 in parameters.paired.values() for y in by_y0})
+    if set(parameters.priors.relation) != set(RELATIONS):
+        raise ValueError(f"priors.relation must have {', '.join(RELATIONS)}")
+    if FULL not in parameters.calibrations:
+        raise ValueError(f'calibrations must have "{FULL}"')
+
+
+def _known(what: str, known: tuple[str, ...], found: set[str]) -> None:
+    if unknown := sorted(found - set(known)):
+        raise ValueError(f'unknown {what} "{unknown[0]}"; known: {", ".join(known)}')
+
+
+def _rows_on_one_line(json_text: str) -> str:
+    """Lists of numbers take one line each, so that a table of counts reads like one."""
+    innermost = re.compile(r"\[\s*([^\[\]{}\"]*?)\s*\]")
+    return innermost.sub(lambda row: f"[{' '.join(row[1].split())}]", json_text)
