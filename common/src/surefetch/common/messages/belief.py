@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefetch.common import arrays
-from surefetch.common.messages.base import Message, Name, Xyz
+from surefetch.common.messages.base import Message, Name, Threshold, Xyz
 from surefetch.common.messages.observation import Box3d, Detection
 
 
@@ -65,6 +65,6 @@ class BeliefReply(Message, frozen=True, eq=False):
     belief: dict[str, float]
     """Hypothesis to probability: tracks by id, then unobs, then abs."""
     gamma: tuple[str, ...]
-    q_hat: float
+    q_hat: Threshold
     digest: Name
     """Of the whole state; replay gives the same bits."""

@@ -3,7 +3,7 @@
 from typing import Literal
 
 from surefetch.common.messages.action import Choice, Feasibility, Verb
-from surefetch.common.messages.base import Message, Name, Text
+from surefetch.common.messages.base import Message, Name, Text, Threshold
 from surefetch.common.messages.frame import FrameId
 from surefetch.common.messages.observation import CoverState, Target
 
@@ -140,7 +140,7 @@ class Ended(Message, frozen=True):
     delivered: bool | None
     actions: tuple[ActionRecord, ...]
     steps: tuple[StepRecord, ...]
-    q_hat: float
+    q_hat: Threshold
     durations: dict[str, float]
     """Wall seconds by service, and `motion`, the modelled time of the arm."""
 

@@ -15,6 +15,8 @@ class Status(Message, frozen=True):
     """Which implementation runs: `pybullet`, `classical`, …"""
     doing: Text
     n_served: int
+    endpoints: tuple[str, ...] = ()
+    """Where this service listens and whom it connects to: one endpoint of a cell leads to all."""
 
 
 class JournalPage(Message, frozen=True):
@@ -50,3 +52,5 @@ class RefusedReply(Message, frozen=True):
     reason: Name
     text: Text
     exit_code: int = 3
+    service: Name | None = None
+    """The service that is missing, where that is why."""
