@@ -76,3 +76,15 @@ def deproject(K: Array, pixels: Array, depth_m: Array) -> Array:
     x = (pixels[:, 0] - K[0, 2]) / K[0, 0] * depth_m
     y = (pixels[:, 1] - K[1, 2]) / K[1, 1] * depth_m
     return np.column_stack([x, y, depth_m])
+
+
+def intrinsics(width: int, height: int, vertical_fov_deg: float) -> Array:
+    """K (3, 3) of an ideal camera: square pixels, principal point in the middle of the image."""
+    focal_px = height / 2.0 / np.tan(np.radians(vertical_fov_deg) / 2.0)
+    return np.array(
+        [
+            [focal_px, 0.0, (width - 1) / 2.0],
+            [0.0, focal_px, (height - 1) / 2.0],
+            [0.0, 0.0, 1.0],
+        ]
+    )

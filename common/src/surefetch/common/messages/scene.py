@@ -35,7 +35,9 @@ class Body(Message, frozen=True):
     name: Name
     shape: Shape
     size_m: Xyz
-    """Full sizes along its own x, y, z; for round bodies x = y = diameter."""
+    """Full sizes along its own x, y, z. Round bodies: x = y = diameter; a ball's z is its diameter
+    less the 2 mm that are cut off below. A hexagonal prism has flat sides at -x and +x and corners
+    at -y and +y: x is across flats, y across corners (1.1547 x when regular)."""
     rgb: Rgb
     marking: Marking | None
     mass_kg: float
@@ -70,6 +72,7 @@ class Lighting(Message, frozen=True):
     """One directional light with shadows."""
 
     direction: Xyz
+    """From the scene to the light, of any length."""
     ambient: float
     diffuse: float
     specular: float
