@@ -16,6 +16,7 @@ def look(
     target_track: int | None = None,
     relation: str | None = "inside",
     p_truth: float = 0.5,
+    belief: dict[str, float] | None = None,
 ) -> Look:
     """One look. `y0` are the tracks after it with their latest observation."""
     if relation is None:
@@ -32,12 +33,13 @@ def look(
             for i, y in observations.items()
         ),
         prior={},
-        belief={truth: p_truth},
+        belief={truth: p_truth} if belief is None else belief,
         gamma=(),
         q_hat=0.9,
         digest="0",
     )
-    return Look(q, reply, new, target_track, truth)
+    bodies: dict[int, str | None] = {i: "target" if i == target_track else "other" for i in latest}
+    return Look(q, reply, new, target_track, truth, bodies)
 
 
 def track(number: int, y0: str) -> Track:

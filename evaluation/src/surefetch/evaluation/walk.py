@@ -28,6 +28,8 @@ class Look:
     """The track that the target body was last associated with; None while it has none."""
     truth: str
     """The true hypothesis z*."""
+    bodies: dict[int, str | None]
+    """The body under the latest detection of each track."""
 
     @property
     def counted(self) -> dict[int, str]:
@@ -52,6 +54,7 @@ def walk(
     looks: list[Look] = []
     known: frozenset[int] = frozenset()
     target: int | None = None
+    under: dict[int, str | None] = {}
     for step in range(len(path) + 1):
         taken = tuple(path[:step])
         state = state_after(taken, recording.covered, cell)
@@ -59,9 +62,10 @@ def walk(
         reply = believe(update)
         bodies = truth.bodies(state)
         target = _target_track(reply, bodies, truth.target, target)
+        under |= {a.track: bodies.get(a.detection) for a in reply.assigned if a.track is not None}
         new = tuple(t.id for t in reply.tracks if t.id not in known)
         known = frozenset(t.id for t in reply.tracks)
-        looks.append(Look(update.q, reply, new, target, _hypothesis(truth, target)))
+        looks.append(Look(update.q, reply, new, target, _hypothesis(truth, target), dict(under)))
     return looks
 
 
