@@ -15,15 +15,14 @@ from numpy.typing import NDArray
 from surefetch.common.geometry import Array, inverse, look_at
 from surefetch.common.messages import Lighting, Rgb
 from surefetch.executor import shading
-from surefetch.executor.scene_bodies import Thing
+from surefetch.executor.ground import Sheet, sheet_depth
+from surefetch.executor.scene_bodies import ARM_SEGMENT, NOTHING_SEGMENT, Thing
 from surefetch.executor.scene_meshes import Mesh
 
 Placement = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 """Position in metres and quaternion xyzw, in the world."""
 
 UID_BITS = (1 << 24) - 1
-NOTHING = -1
-ROBOT = -6
 NEAR_M, FAR_M = 0.10, 4.0
 LAMP_TARGET_M = (0.93, 0.0, 0.0)
 LAMP_RADIUS_M = 0.60
@@ -49,8 +48,16 @@ class Picture:
 class PybulletRenderer:
     """Draws things, and a robot if one was added, from any camera."""
 
-    def __init__(self, things: Sequence[Thing], light: Lighting, *, shadows: bool = True) -> None:
+    def __init__(
+        self,
+        things: Sequence[Thing],
+        sheets: Sequence[Sheet],
+        light: Lighting,
+        *,
+        shadows: bool = True,
+    ) -> None:
         self._client = pybullet.connect(pybullet.DIRECT)
+        self._sheets = tuple(sheets)
         self._light = light
         self._shadows = shadows
         self._skins: list[list[int]] = []
@@ -72,7 +79,7 @@ class PybulletRenderer:
         self._robot = pybullet.loadURDF(urdf_path, useFixedBase=True, physicsClientId=self._client)
         for shape in pybullet.getVisualShapeData(self._robot, physicsClientId=self._client):
             key = self._robot | ((shape[1] + 1) << 24)
-            self._owner[key] = ROBOT
+            self._owner[key] = ARM_SEGMENT
             self._rgb[key] = shape[7][:3]
 
     def pose_robot(self, positions: Sequence[float]) -> None:
@@ -95,25 +102,35 @@ class PybulletRenderer:
 
     def picture(self, T_world_camera: Array, K: Array, width: int, height: int) -> Picture:
         """Colour, depth and surface, lit and shadowed."""
-        depth_m, keys = self._raster(T_world_camera, K, width, height, NEAR_M, FAR_M)
-        segmentation, albedo = self._look_up(keys)
-        sun = np.ones_like(depth_m)
-        if self._shadows:
-            sun = shading.unshadowed(depth_m, K, T_world_camera, self._lamp_now(), self._light)
-        picture = shading.lit(albedo, depth_m, K, T_world_camera, self._light, sun)
-        return Picture(picture, depth_m, segmentation)
+        depth_m, segmentation, albedo = self._seen(T_world_camera, K, width, height)
+        lamp = self._lamp_now() if self._shadows else None
+        rgb = shading.lit(albedo, depth_m, K, T_world_camera, self._light, lamp)
+        return Picture(rgb, depth_m, segmentation)
 
     def surfaces(self, T_world_camera: Array, K: Array, width: int, height: int) -> Picture:
         """Depth and surface alone, for counting pixels; `rgb` is black."""
+        depth_m, segmentation, _ = self._seen(T_world_camera, K, width, height)
+        return Picture(np.zeros((height, width, 3), np.uint8), depth_m, segmentation)
+
+    def _seen(
+        self, T_world_camera: Array, K: Array, width: int, height: int
+    ) -> tuple[NDArray[np.float32], NDArray[np.int16], NDArray[np.float32]]:
+        """Depth, segmentation and albedo of things, before table and floor."""
         depth_m, keys = self._raster(T_world_camera, K, width, height, NEAR_M, FAR_M)
-        black = np.zeros((height, width, 3), np.uint8)
-        return Picture(black, depth_m, self._look_up(keys)[0])
+        segmentation, albedo = self._look_up(keys)
+        for sheet in self._sheets:
+            behind = sheet_depth(sheet, T_world_camera, K, width, height)
+            shown = (behind < FAR_M) & ((depth_m == 0.0) | (behind < depth_m))
+            depth_m[shown] = behind[shown]
+            segmentation[shown] = sheet.segment
+            albedo[shown] = sheet.rgb
+        return depth_m, segmentation, albedo
 
     def _look_up(self, keys: NDArray[np.int32]) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
         """Segmentation (h, w) and albedo (h, w, 3) of the surface keys."""
         n = 1 + max(key & UID_BITS for key in self._owner)
         links = 1 + max(key >> 24 for key in self._owner)
-        owner = np.full(n * links + 1, NOTHING, np.int16)
+        owner = np.full(n * links + 1, NOTHING_SEGMENT, np.int16)
         rgb = np.zeros((n * links + 1, 3), np.float32)
         for key, segment in self._owner.items():
             owner[(key & UID_BITS) + n * (key >> 24)] = segment

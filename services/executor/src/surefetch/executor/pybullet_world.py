@@ -44,7 +44,9 @@ class PybulletWorld:
         )
         self.things = scene_bodies.things(scene)
         self.uids = [add_thing(self.client, thing, friction) for thing in self.things]
-        self.renderer = PybulletRenderer(self.things, scene.lighting, shadows=shadows)
+        self.renderer = PybulletRenderer(
+            self.things, scene_bodies.sheets(scene.table_rgb), scene.lighting, shadows=shadows
+        )
 
     def __enter__(self) -> Self:
         return self

@@ -12,6 +12,7 @@ import numpy as np
 from surefetch.common.geometry import Array, rigid, rotation_z
 from surefetch.common.messages import Body, Container, Rgb, Scene, Screen
 from surefetch.executor import markings, scene_meshes
+from surefetch.executor.ground import Sheet
 from surefetch.executor.scene_meshes import Mesh
 
 TABLE = "table"
@@ -20,9 +21,19 @@ LID = "lid"
 SCREEN = "screen"
 FLOOR = "floor"
 
+NOTHING_SEGMENT = -1
+CONTAINER_SEGMENT = -2
+LID_SEGMENT = -3
+SCREEN_SEGMENT = -4
+TABLE_SEGMENT = -5
+ARM_SEGMENT = -6
+"""What a segmentation calls the pixels of everything that is no body, as `messages.Truth` says."""
+
 TABLE_MIN_M = (-0.45, -1.05)
 TABLE_MAX_M = (1.75, 1.05)
-TABLE_THICKNESS_M = 0.04
+SLAB_M = 0.04
+FLOOR_MIN_M = (-2.5, -4.5)
+FLOOR_MAX_M = (6.5, 4.5)
 FLOOR_Z_M = -0.75
 FLOOR_RGB = (0.42, 0.43, 0.45)
 SCREEN_RGB = (0.50, 0.50, 0.50)
@@ -76,13 +87,13 @@ class Thing:
     solids: tuple[Solid, ...]
     looks: tuple[tuple[Mesh, Rgb], ...]
     segment: int
-    """What its pixels are called in a segmentation (`messages.Truth`)."""
+    """What a segmentation calls its pixels: the index of the scene's body, or one of the above."""
     rolling_friction: float = ROLLING_FRICTION
 
 
 def things(scene: Scene) -> tuple[Thing, ...]:
     """Everything in the scene in a fixed order: floor, table, container, lid, screens, bodies."""
-    listed = [floor(), table(scene.table_rgb)]
+    listed = [floor(), table()]
     if scene.container is not None:
         listed.append(container(scene.container))
         if scene.container.covered:
@@ -91,20 +102,28 @@ def things(scene: Scene) -> tuple[Thing, ...]:
     return (*listed, *(body(one, k) for k, one in enumerate(scene.bodies)))
 
 
-def table(rgb: Rgb) -> Thing:
-    """The table; its top is z = 0."""
+def table() -> Thing:
+    """The table; its top is z = 0. Seen as a sheet."""
     (x0, y0), (x1, y1) = TABLE_MIN_M, TABLE_MAX_M
-    size = (x1 - x0, y1 - y0, TABLE_THICKNESS_M)
-    center = ((x0 + x1) / 2.0, (y0 + y1) / 2.0, -TABLE_THICKNESS_M / 2.0)
-    mesh = scene_meshes.box(size, center)
-    return Thing(TABLE, 0.0, np.eye(4), (BoxSolid(center, size),), ((mesh, rgb),), -5)
+    size = (x1 - x0, y1 - y0, SLAB_M)
+    center = ((x0 + x1) / 2.0, (y0 + y1) / 2.0, -SLAB_M / 2.0)
+    return Thing(TABLE, 0.0, np.eye(4), (BoxSolid(center, size),), (), TABLE_SEGMENT)
 
 
 def floor() -> Thing:
-    """The floor of the room, far below."""
-    size, center = (9.0, 9.0, 0.02), (2.0, 0.0, FLOOR_Z_M - 0.01)
-    mesh = scene_meshes.box(size, center)
-    return Thing(FLOOR, 0.0, np.eye(4), (BoxSolid(center, size),), ((mesh, FLOOR_RGB),), -1)
+    """The floor of the room, far below. Seen as a sheet."""
+    (x0, y0), (x1, y1) = FLOOR_MIN_M, FLOOR_MAX_M
+    size = (x1 - x0, y1 - y0, SLAB_M)
+    center = ((x0 + x1) / 2.0, (y0 + y1) / 2.0, FLOOR_Z_M - SLAB_M / 2.0)
+    return Thing(FLOOR, 0.0, np.eye(4), (BoxSolid(center, size),), (), NOTHING_SEGMENT)
+
+
+def sheets(table_rgb: Rgb) -> tuple[Sheet, ...]:
+    """The level surfaces below everything, from the top down."""
+    return (
+        Sheet(0.0, TABLE_MIN_M, TABLE_MAX_M, table_rgb, TABLE_SEGMENT),
+        Sheet(FLOOR_Z_M, FLOOR_MIN_M, FLOOR_MAX_M, FLOOR_RGB, NOTHING_SEGMENT),
+    )
 
 
 def body(one: Body, index: int) -> Thing:
@@ -147,7 +166,7 @@ def container(one: Container) -> Thing:
     )
     mesh = scene_meshes.merged([scene_meshes.box(part.size_m, part.center_m) for part in parts])
     T = rigid(rotation_z(one.yaw_rad), np.asarray(one.position_world_m))
-    return Thing(CONTAINER, 0.0, T, parts, ((mesh, one.rgb),), -2)
+    return Thing(CONTAINER, 0.0, T, parts, ((mesh, one.rgb),), CONTAINER_SEGMENT)
 
 
 def lid(one: Container) -> Thing:
@@ -163,7 +182,9 @@ def lid(one: Container) -> Thing:
     r, g, b = (KNOB_SHADE * v for v in one.lid_rgb)
     looks = ((scene_meshes.box(plate.size_m), one.lid_rgb), (knob_mesh, (r, g, b)))
     center = np.asarray(one.position_world_m) + [0.0, 0.0, one.wall_height_m + LID_THICKNESS_M / 2]
-    return Thing(LID, LID_MASS_KG, rigid(rotation_z(one.yaw_rad), center), (plate, knob), looks, -3)
+    return Thing(
+        LID, LID_MASS_KG, rigid(rotation_z(one.yaw_rad), center), (plate, knob), looks, LID_SEGMENT
+    )
 
 
 def screen(one: Screen) -> Thing:
@@ -171,4 +192,4 @@ def screen(one: Screen) -> Thing:
     part = BoxSolid((0.0, 0.0, one.size_m[2] / 2.0), one.size_m)
     T = rigid(rotation_z(one.yaw_rad), np.asarray(one.position_world_m))
     mesh = scene_meshes.box(part.size_m, part.center_m)
-    return Thing(SCREEN, 0.0, T, (part,), ((mesh, SCREEN_RGB),), -4)
+    return Thing(SCREEN, 0.0, T, (part,), ((mesh, SCREEN_RGB),), SCREEN_SEGMENT)

@@ -52,8 +52,7 @@ def normals(points: Image3) -> Image3:
     n[..., 0] = az * dy - ay * dz
     n[..., 1] = ax * dz - az * dx
     n[..., 2] = ay * dx - ax * dy
-    length = np.sqrt(np.einsum("hwc,hwc->hw", n, n)) + 1e-20
-    n /= length[..., None]
+    n /= (_length(n) + 1e-20)[..., None]
     return n
 
 
@@ -70,24 +69,37 @@ def _flatter_step(points: Image3, axis: int) -> Image3:
 
 
 def lit(
-    albedo: Image3, depth_m: Image1, K: Array, T_world_camera: Array, light: Lighting, sun: Image1
+    albedo: Image3,
+    depth_m: Image1,
+    K: Array,
+    T_world_camera: Array,
+    light: Lighting,
+    lamp: Lamp | None,
 ) -> NDArray[np.uint8]:
-    """The picture (h, w, 3): ambient and diffuse light and a highlight, `sun` the unshadowed share.
+    """The picture (h, w, 3): ambient and diffuse light, a highlight, shadows where a lamp is given.
 
     Source: Blinn, Models of light reflection for computer synthesized pictures (1977).
     """
     points = points_camera(depth_m, K)
     normal = normals(points)
     to_light = _direction_camera(light, T_world_camera)
-    facing = np.clip(normal @ to_light, 0.0, 1.0) * sun
-    halfway = to_light - points / (np.linalg.norm(points, axis=2, keepdims=True) + 1e-9)
-    halfway /= np.linalg.norm(halfway, axis=2, keepdims=True) + 1e-9
-    shine = np.clip(np.einsum("hwc,hwc->hw", normal, halfway), 0.0, 1.0) ** np.float32(GLOSS)
-    strength = np.float32(light.ambient) + np.float32(light.diffuse) * facing
+    cosine = normal @ to_light
+    sun = np.ones_like(depth_m)
+    if lamp is not None:
+        sun = unshadowed(points, cosine, T_world_camera, lamp)
+    halfway = to_light - points / (_length(points) + 1e-9)[..., None]
+    shine = np.einsum("hwc,hwc->hw", normal, halfway) / (_length(halfway) + 1e-9)
+    shine = np.clip(shine, 0.0, 1.0) ** np.float32(GLOSS)
+    strength = np.float32(light.ambient) + np.float32(light.diffuse) * np.maximum(cosine, 0.0) * sun
     picture = albedo * strength[..., None] + (np.float32(light.specular) * shine * sun)[..., None]
     picture[depth_m == 0.0] = ROOM_RGB
     rgb: NDArray[np.uint8] = np.clip(np.rint(picture * 255.0), 0, 255).astype(np.uint8)
     return rgb
+
+
+def _length(vectors: Image3) -> Image1:
+    length: Image1 = np.sqrt(np.einsum("hwc,hwc->hw", vectors, vectors))
+    return length
 
 
 def _direction_camera(light: Lighting, T_world_camera: Array) -> NDArray[np.float32]:
@@ -96,19 +108,20 @@ def _direction_camera(light: Lighting, T_world_camera: Array) -> NDArray[np.floa
     return turned
 
 
-def unshadowed(
-    depth_m: Image1, K: Array, T_world_camera: Array, lamp: Lamp, light: Lighting
-) -> Image1:
-    """Share (h, w) of the lamp that each pixel sees, 0 … 1, softened over neighbours."""
-    points = points_camera(depth_m, K)
+def unshadowed(points: Image3, cosine: Image1, T_world_camera: Array, lamp: Lamp) -> Image1:
+    """Share (h, w) of the lamp that each point sees, 0 … 1, softened over neighbours.
+
+    `cosine` is of the angle between a point's normal and the light: slanted surfaces span more
+    depth within a pixel of the lamp's image, so they may lie deeper behind it.
+    """
     T = (inverse(lamp.T_world_lamp) @ T_world_camera).astype(np.float32)
     at_lamp = points @ T[:3, :3].T + T[:3, 3]
-    z = np.maximum(at_lamp[..., 2], 0.1)
-    u = lamp.K[0, 0] * at_lamp[..., 0] / z + lamp.K[0, 2]
-    v = lamp.K[1, 1] * at_lamp[..., 1] / z + lamp.K[1, 2]
-    cosine = np.clip(normals(points) @ _direction_camera(light, T_world_camera), 0.05, 1.0)
-    nearest = z - SHADOW_BIAS_M - SHADOW_SLOPE_BIAS_M * np.sqrt(1.0 - cosine**2) / cosine
-    return _share_lit(lamp.depth_m, u, v, nearest.astype(np.float32))
+    z = np.maximum(at_lamp[..., 2], np.float32(0.1))
+    u = np.float32(lamp.K[0, 0]) * at_lamp[..., 0] / z + np.float32(lamp.K[0, 2])
+    v = np.float32(lamp.K[1, 1]) * at_lamp[..., 1] / z + np.float32(lamp.K[1, 2])
+    c = np.clip(cosine, 0.05, 1.0)
+    slope = np.sqrt(1.0 - c * c) / c
+    return _share_lit(lamp.depth_m, u, v, z - SHADOW_BIAS_M - SHADOW_SLOPE_BIAS_M * slope)
 
 
 def _share_lit(map_m: Image1, u: Image1, v: Image1, nearest_m: Image1) -> Image1:
