@@ -31,6 +31,7 @@ PADDING_M = 0.005
 FINGER_PADDING_SHARE = 0.4
 """Fingers work close to things, and their approach is checked in steps of 4 mm: 2 mm do."""
 RECHECK_SHARE = 0.9
+"""Of the padding, when the samples of a timed path are checked: they are 5 mm apart, not 10."""
 TABLE_CLEARANCE_M = 0.010
 FINGER_TABLE_CLEARANCE_M = 0.003
 STANDS_ON_TABLE = ("base", "shoulder", "shoulder side")
@@ -78,8 +79,7 @@ class CollisionScene:
     def for_recheck(self) -> "CollisionScene":
         """The same scene for the samples of a timed path.
 
-        They lie within 5 mm of each other and beside the states that the path was checked at, so
-        that a path which grazes the padding is not refused for a micrometre.
+        A path that grazes the padding is not refused for a micrometre between checked states.
         """
         return replace(self, padding_m=RECHECK_SHARE * self.padding_m)
 

@@ -231,6 +231,7 @@ def rounded(waypoints: Array, radius_rad: float, step_m: float = STEP_M) -> Arra
 
     A corner is cut at most radius_rad before it and at most half of the shorter neighbour.
     """
+    waypoints = _without_repeats(waypoints)
     pieces = [waypoints[:1]]
     for before, corner, after in zip(waypoints, waypoints[1:], waypoints[2:], strict=False):
         cut = min(

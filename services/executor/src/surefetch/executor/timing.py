@@ -89,15 +89,17 @@ def time_path(path: Array, limits: Limits, tcp_limit_m_s: Array, width_m: float)
     if s[-1] < 1e-9:
         return _at_rest(path[-1])
     tcp_limit = np.interp(s, _arc(path), tcp_limit_m_s)
-    times = _time_law(fine, s, limits, tcp_limit, width_m)
-    moments = _sample_times(times[-1])
-    q = np.stack([np.interp(moments, times, joint) for joint in fine.T], axis=1)
-    stretch = _excess(moments, q, limits, width_m, np.interp(moments, times, tcp_limit))
+    speed = _speed_law(fine, s, limits, tcp_limit, width_m)
+    moments, at_s = _sampled(s, speed)
+    q = np.stack([np.interp(at_s, s, joint) for joint in fine.T], axis=1)
+    stretch = _excess(moments, q, limits, width_m, np.interp(at_s, s, tcp_limit))
     return Trajectory(moments * stretch, q)
 
 
-def _time_law(path: Array, s: Array, limits: Limits, tcp_limit_m_s: Array, width_m: float) -> Array:
-    """Times (n,) along a path (n, 6) parametrised by s (n,)."""
+def _speed_law(
+    path: Array, s: Array, limits: Limits, tcp_limit_m_s: Array, width_m: float
+) -> Array:
+    """Speeds ds/dt (n,) along a path (n, 6) parametrised by s (n,)."""
     slope = np.abs(np.gradient(path, s, axis=0)) + 1e-12
     bend = np.abs(np.gradient(np.gradient(path, s, axis=0), s, axis=0))
     travel = np.linalg.norm(np.gradient(tcp_positions(path, width_m), s, axis=0), axis=1) + 1e-12
@@ -108,8 +110,19 @@ def _time_law(path: Array, s: Array, limits: Limits, tcp_limit_m_s: Array, width
     push = ((1.0 - BEND_SHARE) * a / slope).min(axis=1)
     square = _climb(ceiling, push, np.diff(s))
     square = _climb(square[::-1], push[::-1], np.diff(s)[::-1])[::-1]
-    speed = np.sqrt(square)
-    return np.concatenate([[0.0], np.cumsum(2.0 * np.diff(s) / (speed[1:] + speed[:-1]))])
+    speed: Array = np.sqrt(square)
+    return speed
+
+
+def _sampled(s: Array, speed: Array) -> tuple[Array, Array]:
+    """Even times and the places on the path then, its speed changing evenly between its points."""
+    took = 2.0 * np.diff(s) / (speed[1:] + speed[:-1])
+    times = np.concatenate([[0.0], np.cumsum(took)])
+    moments = _sample_times(times[-1])
+    k = np.clip(np.searchsorted(times, moments, side="right") - 1, 0, len(took) - 1)
+    since = moments - times[k]
+    gained = 0.5 * (speed[k + 1] - speed[k]) / took[k] * since**2
+    return moments, np.minimum(s[k] + speed[k] * since + gained, s[-1])
 
 
 def _climb(ceiling: Array, push: Array, ds: Array) -> Array:
@@ -123,11 +136,11 @@ def _climb(ceiling: Array, push: Array, ds: Array) -> Array:
 
 def _excess(times: Array, q: Array, limits: Limits, width_m: float, tcp_limit_m_s: Array) -> float:
     """The factor by which a sampled trajectory must be slowed to keep its limits; at least 1."""
-    speed = np.diff(q, axis=0) / np.diff(times)[:, None]
-    bent = np.diff(speed, axis=0) / np.diff(times)[1:, None]
+    speed = np.diff(q, axis=0) / times[1]
+    bent = np.diff(speed, axis=0, prepend=0.0, append=0.0) / times[1]
     tcp = _tcp_speeds(times, q, width_m) / np.minimum(tcp_limit_m_s[1:], tcp_limit_m_s[:-1])
     by_speed = float((np.abs(speed) / limits.speed_rad_s).max())
-    by_bend = float(np.sqrt(np.abs(bent).max(initial=0.0) / limits.acceleration_rad_s2))
+    by_bend = float(np.sqrt(np.abs(bent).max() / limits.acceleration_rad_s2))
     return max(1.0, by_speed, by_bend, float(tcp.max()))
 
 
