@@ -71,7 +71,8 @@ def test_the_inside_of_a_container_is_free_and_its_walls_are_not(yaw_rad: float)
 def test_an_ignored_track_is_no_obstacle_and_its_surface_neither() -> None:
     on_0, on_1 = np.array([0.8, 0.0, 0.06]), np.array([1.0, 0.0, 0.06])
     alone = np.array([0.9, 0.2, 0.055])
-    given_points = np.array([on_0, on_1, alone])
+    noise = np.array([1.1, 0.2, 0.003])  # the table's own surface is no obstacle
+    given_points = np.array([on_0, on_1, alone, noise])
     world = obstacles_of(estimate(points=given_points), ignore_tracks=(1,))
     assert [box.name for box in world.boxes] == ["track 0"]
     assert world.voxels_world_m == pytest.approx(alone[None], abs=VOXEL_M)

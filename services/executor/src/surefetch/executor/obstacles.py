@@ -12,6 +12,7 @@ from surefetch.common.messages import Box3d, ContainerReading, Estimate
 VOXEL_M = 0.010
 EXPLAINED_M = 0.012
 """Surface points this near to a known box belong to it."""
+TABLE_NOISE_M = 0.006
 THIN_M = 0.004
 """Floors and walls are at least this thick."""
 
@@ -126,7 +127,8 @@ def _beyond(points_world_m: Array, boxes: Sequence[NamedBox]) -> Array:
 
 
 def voxels_of(points_world_m: Array) -> Array:
-    """Centres (n, 3) of the cubes of VOXEL_M that hold a point and lie above the table."""
-    cells = np.unique(np.floor(points_world_m / VOXEL_M).astype(np.int64), axis=0)
-    centers: Array = (cells[cells[:, 2] >= 0] + 0.5).astype(np.float64) * VOXEL_M
+    """Centres (n, 3) of the cubes of VOXEL_M that hold a point clearly above the table."""
+    standing = points_world_m[points_world_m[:, 2] > TABLE_NOISE_M]
+    cells = np.unique(np.floor(standing / VOXEL_M).astype(np.int64), axis=0)
+    centers: Array = (cells + 0.5).astype(np.float64) * VOXEL_M
     return centers
