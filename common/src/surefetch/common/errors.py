@@ -19,6 +19,10 @@ class InfrastructureError(SurefetchError):
     exit_code = 3
 
 
+class DeviceFault(InfrastructureError):
+    """A device did not do what it was told, and has come to rest."""
+
+
 class CodecError(SurefetchError):
     """Bytes that are no valid message of the expected type; the text names the field."""
 
