@@ -119,9 +119,17 @@ def reachable_pair(room: Room, rng: np.random.Generator) -> tuple[Array, Array]:
         x, y = rng.uniform([0.75, -0.3], [1.15, 0.3])
         R = rotation_z(rng.uniform(-np.pi, np.pi)) @ np.diag([1.0, -1.0, -1.0])
         above = rigid(R, np.array([x, y, 0.35])) @ inverse(tcp)
-        for q in kinematics.solutions(above, home)[:4]:
+        for q in _hovering(above, home):
             if room.edge_free(home, q):
                 return start, ur10e.flange(_down(q, room, rng)) @ tcp
+
+
+def _hovering(T_world_flange: Array, near: Array) -> Array:
+    """The four nearest configurations at a pose; none where it is out of reach."""
+    try:
+        return kinematics.solutions(T_world_flange, near)[:4]
+    except Infeasible:
+        return np.zeros((0, 6))
 
 
 def _walk(q: Array, room: Room, rng: np.random.Generator) -> Array:
