@@ -1,9 +1,9 @@
 """The bus as services see it: ask, publish, listen. Implementations: `LocalBus`, `ZenohBus`."""
 
 from collections.abc import Callable
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
-from surefetch.common.messages import Message
+from surefetch.common.messages import Message, RefusedReply
 from surefetch.common.topics import Stream, Topic
 
 Q = TypeVar("Q", bound=Message)
@@ -34,4 +34,59 @@ class Bus(Protocol):
 
     def alive(self) -> frozenset[str]:
         """Names of the services whose liveliness tokens are up."""
+        ...
+
+
+class Call(Protocol):
+    """One question that waits for its answer; it must get exactly one."""
+
+    @property
+    def topic(self) -> Topic[Any, Any]: ...
+
+    @property
+    def encoded(self) -> bytes:
+        """The request as it travelled; within the topic's size, not yet decoded."""
+        ...
+
+    def reply(self, encoded: bytes) -> None:
+        """Answer with an encoded reply."""
+        ...
+
+    def refuse(self, refusal: RefusedReply) -> None:
+        """Answer no."""
+        ...
+
+
+class ServingBus(Bus, Protocol):
+    """What the runner needs on top: to answer, to be found, and to see others go."""
+
+    @property
+    def cell(self) -> str:
+        """The cell's name in keys."""
+        ...
+
+    @property
+    def boot(self) -> str:
+        """This process's identity: 128 random bits in hexadecimal digits."""
+        ...
+
+    @property
+    def endpoints(self) -> tuple[str, ...]:
+        """Where it listens, then whom it connects to."""
+        ...
+
+    def answer(self, topic: Topic[Any, Any], on_call: Callable[[Call], None]) -> None:
+        """Give every question of a topic to `on_call`, which only checks and enqueues."""
+        ...
+
+    def announce(self) -> None:
+        """Be found from now on; after all topics are answered."""
+        ...
+
+    def on_gone(self, callback: Callable[[str], None]) -> None:
+        """Call back with a service's name when its liveliness token goes; must return at once."""
+        ...
+
+    def close(self) -> None:
+        """Leave: questions under way end with an error on both sides."""
         ...

@@ -30,9 +30,10 @@ class CodecError(SurefetchError):
 class Refused(SurefetchError):
     """The other side answered, and its answer is no: `reason` is for programs."""
 
-    def __init__(self, reason: str, text: str) -> None:
+    def __init__(self, reason: str, text: str, exit_code: int = 3) -> None:
         super().__init__(text)
         self.reason = reason
+        self.exit_code = exit_code
 
 
 class PeerMissing(InfrastructureError):

@@ -8,6 +8,8 @@ ABS: Final = "abs"
 Relation = Literal["inside", "outside"]
 AskedRelation = Literal["inside", "outside", "any"]
 RELATIONS: Final[tuple[Relation, ...]] = ("inside", "outside")
+NEEDS_OPEN: Final[frozenset[Relation]] = frozenset({"inside"})
+"""Relations in which a track can be grasped from an open container only."""
 
 OBSERVATIONS: Final = ("MI", "MO", "MU", "mismatch", "UI", "UO", "UU")
 CLASSES: Final = ("target_inside", "target_outside", "distractor")

@@ -52,6 +52,11 @@ class Topic(Generic[Q, R]):
     max_reply_bytes: int = 64 * 1024
     simulated_only: bool = False
 
+    @property
+    def name(self) -> str:
+        """As in sentences and journals: ``executor/capture``."""
+        return f"{self.service}/{self.verb}"
+
 
 @dataclass(frozen=True)
 class Stream(Generic[Q]):
@@ -62,6 +67,13 @@ class Stream(Generic[Q]):
     message: type[Q]
     listeners: tuple[Role, ...]
     max_bytes: int = 4 * 1024 * 1024
+    journaled: bool = True
+    """False where the service's journal holds the same in a reply."""
+
+    @property
+    def name(self) -> str:
+        """As in sentences and journals: ``planner/event``."""
+        return f"{self.service}/{self.verb}"
 
 
 MiB = 1024 * 1024
@@ -177,7 +189,7 @@ TOPICS: Final[tuple[Topic[Any, Any], ...]] = (
 )
 
 EVENTS = Stream(PLANNER, "event", m.Event, ("operator", "scorer"))
-OBSERVED = Stream(PERCEPTION, "observed", m.Observations, ("operator", "scorer"), 16 * MiB)
-MOVED = Stream(EXECUTOR, "moved", m.Motion, ("operator", "scorer"))
+OBSERVED = Stream(PERCEPTION, "observed", m.Observations, ("operator", "scorer"), 16 * MiB, False)
+MOVED = Stream(EXECUTOR, "moved", m.Motion, ("operator", "scorer"), journaled=False)
 
 STREAMS: Final[tuple[Stream[Any], ...]] = (EVENTS, OBSERVED, MOVED)
