@@ -45,7 +45,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from queue import Empty, Full, Queue
+from queue import Full, Queue
 from types import FrameType
 from typing import Any, Final, Generic, Protocol, TypeVar, runtime_checkable
 
@@ -54,9 +54,7 @@ from surefetch.common.bus import Bus, Call, ServingBus
 from surefetch.common.errors import Refused, SurefetchError
 from surefetch.common.journal import JournalWriter
 from surefetch.common.messages import (
-    Empty as EmptyMessage,
-)
-from surefetch.common.messages import (
+    Empty,
     JournalBytes,
     JournalPage,
     Message,
@@ -109,7 +107,7 @@ class Service(Protocol):
 
     @property
     def backend(self) -> str:
-        """Which implementation runs: `pybullet`, `classical`, …"""
+        """Which implementation runs: `pybullet`, `classical` and so on."""
         ...
 
     @property
@@ -204,7 +202,7 @@ class Host:
             Handle(JOURNAL[name], self._journal_page, concurrent=True),
         )
 
-    def _status(self, request: EmptyMessage) -> Status:
+    def _status(self, _: Empty) -> Status:
         return Status(
             service=self._service.name,
             boot=self._bus.boot,
@@ -360,7 +358,7 @@ def _journal_path(settings: Settings, boot: str, stack: ExitStack) -> Path:
 def _end_on_signals(host: Host, gently: bool) -> None:
     """The first signal ends the work loop, in bounded time; the second one ends at once."""
 
-    def on_signal(number: int, frame: FrameType | None) -> None:
+    def on_signal(_number: int, _frame: FrameType | None) -> None:
         signal.signal(signal.SIGTERM, lambda *_: os._exit(0))
         signal.signal(signal.SIGINT, lambda *_: os._exit(0))
         timer = threading.Timer(END_GENTLY_S if gently else END_S, lambda: os._exit(0))
