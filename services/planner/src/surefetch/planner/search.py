@@ -1,0 +1,120 @@
+"""Exact expectimax to a horizon: a problem in, the value of every admissible action out. Pure.
+
+Source: paper, eq:bellman-recursion.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+from surefetch.common.cell import InformRow
+from surefetch.common.conformal import conformal_set
+from surefetch.common.hypotheses import OBSERVATIONS
+from surefetch.common.messages import QValue
+from surefetch.planner import actions, enumeration
+from surefetch.planner.actions import Candidate, State
+from surefetch.planner.problem import Problem, Solution
+
+TIE: Final = 1e-12
+"""Values this close are equal, and the first in tie order is taken."""
+
+Lookahead = Callable[[InformRow], float]
+"""Q of an information action at the root."""
+
+
+def solve(problem: Problem) -> Solution:
+    """The Q value of every admissible root action, and the first of the lowest."""
+    gamma = conformal_set(problem.belief.named(), problem.q_hat)
+    informs = _informs(problem, problem.state, problem.used, problem.horizon)
+    terminal = _terminal(problem, gamma, problem.state, informs, at_root=True)
+    lookahead = _lookahead(problem, gamma) if informs else None
+    looking = [QValue(action=row.name, value=lookahead(row)) for row in informs if lookahead]
+    q_values = (*terminal, *looking)
+    lowest = min((q.value for q in q_values), default=problem.costs.stalled)
+    chosen = next((q for q in q_values if q.value <= lowest + TIE), None)
+    return Solution(gamma, q_values, chosen, lowest, count_nodes(problem))
+
+
+def count_nodes(problem: Problem) -> int:
+    """Decision nodes of the full enumeration, the root included."""
+    branches = max(1, len(problem.belief.tracks) * len(OBSERVATIONS))
+
+    def below(state: State, used: frozenset[str], depth: int) -> int:
+        return 1 + sum(
+            branches * below(after, used | {row.name}, depth - 1)
+            for row in _informs(problem, state, used, depth)
+            for after, _ in actions.transitions(row, state, problem.p_remove)
+        )
+
+    return below(problem.state, problem.used, problem.horizon)
+
+
+def _lookahead(problem: Problem, gamma: tuple[str, ...]) -> Lookahead:
+    """The cheapest exact way to look ahead in this problem."""
+    if problem.options.hypothesis_independent_future or not problem.belief.tracks:
+        return lambda row: _value_of_looking(
+            problem, gamma, row, problem.state, problem.used, problem.horizon
+        )
+    return enumeration.Enumeration(problem).q
+
+
+def _informs(
+    problem: Problem, state: State, used: frozenset[str], depth: int
+) -> tuple[InformRow, ...]:
+    return actions.expandable(problem.rows, state, used) if depth > 0 else ()
+
+
+def _terminal(
+    problem: Problem,
+    gamma: tuple[str, ...],
+    state: State,
+    informs: tuple[InformRow, ...],
+    *,
+    at_root: bool,
+) -> list[QValue]:
+    """Admissible grasps by rank, then defer, for the root belief in some state."""
+    costs, options = problem.costs, problem.options
+
+    def may_grasp(candidate: Candidate) -> bool:
+        reachable = not at_root or candidate.track in problem.feasible
+        sure = options.no_conformal or actions.semantically_eligible(
+            candidate, gamma, problem.asked
+        )
+        return reachable and sure
+
+    q_values = [
+        QValue(
+            action="grasp",
+            value=actions.grasp_cost(candidate.p, problem.p_held, costs),
+            track=candidate.track,
+            relation=candidate.relation,
+        )
+        for candidate in actions.candidates(problem.belief, problem.asked, state)
+        if may_grasp(candidate)
+    ]
+    if actions.may_defer(gamma, informs) and not options.no_defer:
+        q_values.append(
+            QValue(action="defer", value=actions.defer_cost(problem.belief.p_abs, costs))
+        )
+    return q_values
+
+
+def _value_of_looking(
+    problem: Problem,
+    gamma: tuple[str, ...],
+    row: InformRow,
+    state: State,
+    used: frozenset[str],
+    depth: int,
+) -> float:
+    """Q of an information action while the belief stays as it is at the root."""
+    used = used | {row.name}
+    value = row.cost
+    for after, p in actions.transitions(row, state, problem.p_remove):
+        informs = _informs(problem, after, used, depth - 1)
+        ends = [q.value for q in _terminal(problem, gamma, after, informs, at_root=False)]
+        looks = [
+            _value_of_looking(problem, gamma, following, after, used, depth - 1)
+            for following in informs
+        ]
+        value += p * min([*ends, *looks], default=problem.costs.stalled)
+    return value
