@@ -1,4 +1,4 @@
-"""The devices of a cell: arm, gripper, camera. PyBullet and hardware stand behind the same ports."""
+"""The devices of a cell: arm, gripper, camera. Simulation and hardware stand behind one port."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ class Gripper(Protocol):
         ...
 
     def move(self, width_m: float, force_n: float, stop: StopRequested) -> float:
-        """Open or close towards the width until reached or stopped by contact; the width reached."""
+        """Open or close towards the width until there or stopped by contact; the width reached."""
         ...
 
     def grip_detected(self) -> bool:

@@ -175,7 +175,6 @@ class PybulletCamera:
         """A fresh image. The n-th one from a view in a cover state has the same noise always."""
         simulated, spec = self._simulated, self._simulated.world.scene.camera
         K = intrinsics(spec.width, spec.height, spec.vertical_fov_deg)
-        simulated.robot.show()
         T = simulated.T_world_camera_true()
         picture = simulated.world.render(T, K, spec.width, spec.height)
         simulated.keep_segmentation(picture.segmentation)

@@ -52,6 +52,7 @@ class SimulatedRobot:
                 str(path), useFixedBase=True, physicsClientId=self._client
             )
             world.renderer.add_robot(str(path))
+        world.before_picture = self._show
         joints = self._numbers(JOINT_NAME)
         self._arm = [joints[name] for name in ur10e.JOINTS]
         self._fingers = [joints[name] for name in FINGER_JOINTS]
@@ -74,6 +75,11 @@ class SimulatedRobot:
         """Opening between the pads."""
         states = pybullet.getJointStates(self._uid, self._fingers, physicsClientId=self._client)
         return float(sum(state[0] for state in states))
+
+    def retraction_m(self) -> float:
+        """How far the fingertips are drawn back."""
+        state = pybullet.getJointState(self._uid, self._retraction, physicsClientId=self._client)
+        return float(state[0])
 
     def finger_speed_m_s(self) -> float:
         """Speed of the faster finger."""
@@ -161,7 +167,7 @@ class SimulatedRobot:
         """The opening that was asked for last."""
         return self._target_m
 
-    def show(self) -> None:
+    def _show(self) -> None:
         """Tell the renderer where the joints are."""
         states = pybullet.getJointStates(self._uid, self._all, physicsClientId=self._client)
         self._world.renderer.pose_robot([state[0] for state in states])

@@ -9,7 +9,7 @@ It works without a robot; `pybullet_devices` adds one. World = base_link, table 
 Calls must come from one thread.
 """
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from types import TracebackType
 from typing import Self
 
@@ -44,6 +44,8 @@ class PybulletWorld:
         )
         self.things = scene_bodies.things(scene)
         self.uids = [add_thing(self.client, thing, friction) for thing in self.things]
+        self.before_picture: Callable[[], None] | None = None
+        """Set by a robot: brings the renderer's robot up to date."""
         self.renderer = PybulletRenderer(
             self.things, scene_bodies.sheets(scene.table_rgb), scene.lighting, shadows=shadows
         )
@@ -166,6 +168,8 @@ class PybulletWorld:
         return self.renderer.surfaces(T_world_camera, K, width, height)
 
     def _place(self, hidden: Collection[str]) -> None:
+        if self.before_picture is not None:
+            self.before_picture()
         out = {i for i, thing in enumerate(self.things) if thing.name in hidden}
         self.renderer.place([self.placement(i) for i in range(len(self.things))], out)
 
