@@ -146,6 +146,16 @@ def shipped_parameters(profile: str) -> Parameters:
     return parse_parameters(resources.files("surefetch.common").joinpath(path).read_bytes(), path)
 
 
+def profile_parameters(profile: str, folder: Path | None) -> Parameters:
+    """Parameters of a profile: from ``FOLDER/PROFILE.json``, or without a folder the shipped ones.
+
+    Raises:
+        BadInput: there is no such profile or file, or it is damaged.
+    """
+    shipped = shipped_parameters(profile)
+    return shipped if folder is None else read_parameters(folder / f"{profile}.json")
+
+
 def read_parameters(path: Path) -> Parameters:
     """Read and check a parameter file. Raises BadInput naming the file and the key."""
     try:

@@ -1,0 +1,114 @@
+"""One episode's belief as one frozen value, and the step that makes the next one of it. Pure."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import msgspec
+
+from surefetch.belief import filter as belief_filter
+from surefetch.belief.filter import Memory, Model, Seen
+from surefetch.belief.tracking import Tracked, track
+from surefetch.common import codec
+from surefetch.common.conformal import conformal_set
+from surefetch.common.messages import Assigned, BeliefReply, Track, Update
+from surefetch.common.observations import observation_of
+from surefetch.common.parameters import Parameters
+
+MAX_REPLY_BYTES: Final = 64 * 1024 * 1024
+_NO_DIGEST: Final = "-"
+
+
+@dataclass(frozen=True, eq=False)
+class Rules:
+    """The numbers that an episode is believed with."""
+
+    model: Model
+    q_hat: float
+
+
+@dataclass(frozen=True, eq=False)
+class EpisodeBelief:
+    """Everything that is carried from one look to the next."""
+
+    rules: Rules
+    tracks: tuple[Track, ...] = ()
+    memory: Memory = field(default_factory=Memory)
+    digest: str = _NO_DIGEST
+
+
+def step(before: EpisodeBelief, update: Update) -> tuple[EpisodeBelief, BeliefReply]:
+    """Associate, then first belief or birth, then the observations that count, then Γ.
+
+    An update that does not count still moves tracks, and new tracks are still born.
+    """
+    tracked = track(update.detections, before.tracks, update.step)
+    labels = [None if d.answers is None else observation_of(d.answers) for d in update.detections]
+    seen = [
+        Seen(detection.id, number, label if update.counted else None)
+        for detection, number, label in zip(
+            update.detections, tracked.track_of, labels, strict=True
+        )
+        if number is not None
+    ]
+    ids = [t.id for t in tracked.tracks]
+    done = belief_filter.step(before.memory, ids, seen, update.q, before.rules.model)
+    tracks = _with_evidence(tracked.tracks, seen, done)
+    belief = done.belief.named()
+    reply = BeliefReply(
+        episode=update.episode,
+        step=update.step,
+        tracks=tracks,
+        assigned=_assigned(update, tracked, labels, done.counted),
+        prior=done.prior.named(),
+        belief=belief,
+        gamma=conformal_set(belief, before.rules.q_hat),
+        q_hat=before.rules.q_hat,
+        digest=before.digest,
+    )
+    reply = msgspec.structs.replace(reply, digest=_digest(reply))
+    return EpisodeBelief(before.rules, tracks, done.memory, reply.digest), reply
+
+
+def rules_of(parameters: Parameters) -> Rules:
+    """What the belief needs of a profile's fitted numbers."""
+    return Rules(Model(parameters.emission(), parameters.priors), parameters.q_hat())
+
+
+def _with_evidence(
+    tracks: Sequence[Track], seen: Sequence[Seen], done: belief_filter.Step
+) -> tuple[Track, ...]:
+    """The tracks with how often they were observed, and as what they were observed last."""
+    latest = {s.track: s.y for s, counts in zip(seen, done.counted, strict=True) if counts}
+    return tuple(
+        msgspec.structs.replace(
+            t,
+            n_observations=done.memory.n_observations.get(t.id, 0),
+            y0=latest.get(t.id, t.y0),
+        )
+        for t in tracks
+    )
+
+
+def _assigned(
+    update: Update, tracked: Tracked, labels: Sequence[str | None], counted: Sequence[bool]
+) -> tuple[Assigned, ...]:
+    """What became of every detection; `counted` is of the tracked ones alone."""
+    counts = iter(counted)
+    return tuple(
+        Assigned(
+            detection=detection.id,
+            track=number,
+            y=label,
+            counted=number is not None and next(counts),
+        )
+        for detection, number, label in zip(
+            update.detections, tracked.track_of, labels, strict=True
+        )
+    )
+
+
+def _digest(reply: BeliefReply) -> str:
+    """Of this reply and, through the digest that it carries, of all before it."""
+    return hashlib.sha256(codec.encode(reply, max_bytes=MAX_REPLY_BYTES)).hexdigest()
