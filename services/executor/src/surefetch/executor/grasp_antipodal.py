@@ -21,12 +21,14 @@ from surefetch.executor.grasps import GraspPose, NoGrasp
 from surefetch.executor.hand import Hand, Palm
 
 POINTS_MIN = 30
-YAWS = 36
-TILTS_RAD = tuple(np.radians([0.0, -15.0, 15.0, -30.0, 30.0]))
-CLEARANCES = (1.0, 0.6)
-"""Shares of the hand's clearance tried; the smaller one where there is little room."""
+EVEN_YAWS = 72
+TILTED_YAWS = 24
+TILTS_RAD = tuple(np.radians([-15.0, 15.0, -30.0, 30.0]))
 SIDE_M = 0.005
 """Kept free beside fingers and palm: collision checks grow them, and what is seen is uncertain."""
+ROOMS = ((0.6, SIDE_M), (1.0, SIDE_M), (1.0, 3.0 * SIDE_M))
+"""How much room there may be beside the object, from tight to ample: share of the hand's clearance
+between pad and object while approaching, and what is free beside the fingers."""
 UNDER_TIP_M = 0.006
 UNDER_PALM_M = 0.008
 PAD_OVERLAP_MIN_M = 0.008
@@ -53,8 +55,6 @@ class _Grasps:
 
     yaw_rad: Array
     tilt_rad: Array
-    clearance_m: Array
-    """(g,) on each side while approaching"""
     R: Array
     """(g, 3, 3) tool in the world"""
     origin_m: Array
@@ -66,6 +66,9 @@ class _Grasps:
 
     def __getitem__(self, kept: NDArray[np.bool_]) -> "_Grasps":
         return _Grasps(*(getattr(self, field.name)[kept] for field in fields(self)))
+
+    def __len__(self) -> int:
+        return len(self.yaw_rad)
 
 
 class AntipodalProposer:
@@ -87,12 +90,12 @@ class AntipodalProposer:
             raise NoGrasp("aperture", _too_wide(thought, hand), tried)
         grasps = thought[fits]
         deepest, highest = _depth_limits(target, grasps, points_world_m[~mask], hand)
-        room = deepest >= highest
-        tried["access"] = int((~room).sum())
+        room = (deepest >= highest).sum(axis=0)
+        tried["access"] = int((room == 0).sum())
         if not room.any():
             why = f"no room beside the object for fingers and palm, {len(room)} ways tried"
             raise NoGrasp("access", why, tried)
-        return _ranked(target, grasps[room], deepest[room], highest[room], hand)
+        return _ranked(target, grasps, room, deepest, highest, hand)
 
 
 def _too_wide(thought: _Grasps, hand: Hand) -> str:
@@ -107,9 +110,8 @@ def _target(own: Array) -> _Target:
 
 
 def _thought_of(target: _Target, hand: Hand) -> _Grasps:
-    """Every angle, tilt and clearance, through the middle of the object."""
-    grid = np.meshgrid(_yaws(target.footprint), TILTS_RAD, CLEARANCES, indexing="ij")
-    yaw, tilt, share = (v.ravel() for v in grid)
+    """Every angle and tilt, through the middle of the object."""
+    yaw, tilt = _angles(target.footprint)
     places = PLACES * hand.finger_breadth_m
     low, high = target.footprint.sides_m(yaw, np.broadcast_to(places, (len(yaw), len(places))))
     met = low < high
@@ -121,7 +123,6 @@ def _thought_of(target: _Target, hand: Hand) -> _Grasps:
     return _Grasps(
         yaw_rad=yaw,
         tilt_rad=tilt,
-        clearance_m=share * hand.clearance_m,
         R=R,
         origin_m=np.column_stack([middle, level]),
         width_m=last - first,
@@ -129,12 +130,17 @@ def _thought_of(target: _Target, hand: Hand) -> _Grasps:
     )
 
 
-def _yaws(footprint: Footprint) -> Array:
-    """All around, and along the sides of the tightest rectangle."""
-    even = 2.0 * np.pi * np.arange(2 * YAWS) / (2 * YAWS)
+def _angles(footprint: Footprint) -> tuple[Array, Array]:
+    """Yaws and tilts (g,): all around, and along the sides of the tightest rectangle."""
     fine = np.linspace(0.0, np.pi / 2.0, 90, endpoint=False)
     area = footprint.half_width_m(fine) * footprint.half_width_m(fine + np.pi / 2.0)
-    return np.concatenate([even, fine[area.argmin()] + np.pi / 2.0 * np.arange(4)])
+    square = fine[area.argmin()] + np.pi / 2.0 * np.arange(4)
+    upright, tilted = (
+        np.concatenate([square, 2.0 * np.pi * np.arange(n) / n]) for n in (EVEN_YAWS, TILTED_YAWS)
+    )
+    yaw = np.concatenate([upright, np.tile(tilted, len(TILTS_RAD))])
+    tilt = np.concatenate([np.zeros(len(upright)), np.repeat(TILTS_RAD, len(tilted))])
+    return yaw, tilt
 
 
 def _rotations(yaw_rad: Array, tilt_rad: Array) -> Array:
@@ -163,35 +169,49 @@ def _depth_of(target: _Target, grasps: _Grasps, above_m: float, hand: Hand) -> A
 def _depth_limits(
     target: _Target, grasps: _Grasps, others: Array, hand: Hand
 ) -> tuple[Array, Array]:
-    """Deepest and least deep (g,) place of the tips: room below, and hold on the object."""
-    seen = np.einsum("gji,gnj->gni", grasps.R, others[None] - grasps.origin_m[:, None])
+    """How deep the tips may go, for each of ROOMS (r, g), and must go to hold the object (g,)."""
     reach = hand.tip_z_m(grasps.width_m)
     leaning = np.abs(np.sin(grasps.tilt_rad)) * target.footprint.half_width_m(grasps.yaw_rad)
     own_top = -target.height_m / 2.0 * np.cos(grasps.tilt_rad) - leaning
-    limits = [
+    whole = [
         _depth_of(target, grasps, UNDER_TIP_M, hand),
-        _first_under_fingers(seen, grasps, hand) - UNDER_TIP_M,
         own_top + reach - hand.palms[0].face_z_m - UNDER_PALM_M,
-        *(_first_under(seen, p) + reach - p.face_z_m - UNDER_PALM_M for p in hand.palms),
     ]
+    seen = _in_tool_frames(grasps, others)
+    for palm in hand.palms:
+        first = _first(seen[:, 2], _in_column(seen, palm))
+        whole.append(first + reach - palm.face_z_m - UNDER_PALM_M)
+    fingers = [_first_under_fingers(seen, grasps, hand, *room) - UNDER_TIP_M for room in ROOMS]
     highest = _depth_of(target, grasps, target.height_m - PAD_OVERLAP_MIN_M, hand)
-    return np.min(limits, axis=0), highest
+    return np.minimum(np.min(whole, axis=0), fingers), highest
 
 
-def _first_under_fingers(seen: Array, grasps: _Grasps, hand: Hand) -> Array:
+def _in_tool_frames(grasps: _Grasps, points_world_m: Array) -> Array:
+    """Points (n, 3) in every tool frame at its origin (g, 3, n)."""
+    R = np.swapaxes(grasps.R, 1, 2)
+    seen = (R.reshape(-1, 3) @ points_world_m.T).reshape(len(R), 3, -1)
+    seen -= R @ grasps.origin_m[..., None]
+    return seen
+
+
+def _in_column(seen: Array, palm: Palm) -> NDArray[np.bool_]:
+    """Which points (g, n) are in the palm's column."""
+    center, half = palm.center_xy_m, palm.half_xy_m + SIDE_M
+    met: NDArray[np.bool_] = np.abs(seen[:, 0] - center[0]) < half[0]
+    met &= np.abs(seen[:, 1] - center[1]) < half[1]
+    return met
+
+
+def _first_under_fingers(
+    seen: Array, grasps: _Grasps, hand: Hand, share: float, side_m: float
+) -> Array:
     """Depth (g,) of the first point that a finger would meet on its way, closing included."""
     inner = grasps.width_m[:, None] / 2.0
-    outer = inner + grasps.clearance_m[:, None] + hand.finger_thickness_m
-    across = np.abs(seen[..., 1])
-    met: NDArray[np.bool_] = np.abs(seen[..., 0]) < hand.finger_breadth_m / 2.0 + SIDE_M
-    met &= (across > inner - SIDE_M) & (across < outer + SIDE_M)
-    return _first(seen[..., 2], met)
-
-
-def _first_under(seen: Array, palm: Palm) -> Array:
-    """Depth (g,) of the first point in the palm's column."""
-    off = np.abs(seen[..., :2] - palm.center_xy_m)
-    return _first(seen[..., 2], (off < palm.half_xy_m + SIDE_M).all(axis=-1))
+    outer = inner + share * hand.clearance_m + hand.finger_thickness_m
+    across = np.abs(seen[:, 1])
+    met: NDArray[np.bool_] = np.abs(seen[:, 0]) < hand.finger_breadth_m / 2.0 + side_m
+    met &= (across > inner - SIDE_M) & (across < outer + side_m)
+    return _first(seen[:, 2], met)
 
 
 def _first(depth: Array, met: NDArray[np.bool_]) -> Array:
@@ -200,36 +220,43 @@ def _first(depth: Array, met: NDArray[np.bool_]) -> Array:
 
 
 def _ranked(
-    target: _Target, grasps: _Grasps, deepest: Array, highest: Array, hand: Hand
+    target: _Target,
+    grasps: _Grasps,
+    room: NDArray[np.int64],
+    deepest: Array,
+    highest: Array,
+    hand: Hand,
 ) -> tuple[GraspPose, ...]:
-    lifted = min(LIFTED_SHARE * target.height_m, LIFTED_M)
-    depth = np.clip(_depth_of(target, grasps, lifted, hand), highest, deepest)
-    score = _scores(target, grasps, depth, hand)
+    """The best of the grasps that have one or more of ROOMS."""
+    lifted = _depth_of(target, grasps, min(LIFTED_SHARE * target.height_m, LIFTED_M), hand)
+    used = deepest[np.maximum(room - 1, 0), np.arange(len(grasps))]
+    depth = np.minimum(np.maximum(lifted, highest), used)
+    score = np.where(room > 0, _scores(target, grasps, room, depth, hand), 0.0)
     poses = []
     for i in _diverse(grasps, score):
         T = rigid(grasps.R[i], grasps.origin_m[i] + depth[i] * grasps.R[i, :, 2])
-        width = float(grasps.width_m[i])
-        open_width = width + 2.0 * float(grasps.clearance_m[i])
-        poses.append(GraspPose(T, open_width, width, float(score[i])))
+        width, share = float(grasps.width_m[i]), ROOMS[room[i] - 1][0]
+        poses.append(GraspPose(T, width + 2.0 * share * hand.clearance_m, width, float(score[i])))
     return tuple(poses)
 
 
-def _scores(target: _Target, grasps: _Grasps, depth: Array, hand: Hand) -> Array:
+def _scores(
+    target: _Target, grasps: _Grasps, room: NDArray[np.int64], depth: Array, hand: Hand
+) -> Array:
     """(g,) in (0, 1]: hold, upright approach, square touch, room to approach, narrow opening."""
     held_m = target.height_m / 2.0 + depth * np.cos(grasps.tilt_rad)
     hold = np.clip(held_m / min(target.height_m, 0.04), 0.05, 1.0)
     upright = np.cos(grasps.tilt_rad) ** 4
     square = 1.0 / (1.0 + (grasps.slant / 0.15) ** 2)
-    room = grasps.clearance_m / hand.clearance_m
     narrow = 1.0 - 0.5 * grasps.width_m / hand.object_width_max_m
-    score: Array = hold * upright * square * room * narrow
+    score: Array = hold * upright * square * room / len(ROOMS) * narrow
     return score
 
 
 def _diverse(grasps: _Grasps, score: Array) -> list[int]:
     """Indices of the best grasps, none too like a better one."""
     kept: list[int] = []
-    for i in np.argsort(-score, kind="stable"):
+    for i in np.argsort(-score, kind="stable")[: int((score > 0.0).sum())]:
         turned = np.abs((grasps.yaw_rad[kept] - grasps.yaw_rad[i] + np.pi) % (2 * np.pi) - np.pi)
         alike = (turned < APART_RAD) & (grasps.tilt_rad[kept] == grasps.tilt_rad[i])
         if not alike.any():
