@@ -1,0 +1,1 @@
+"""The four questions, answered without weights from pixels and fitted solids."""

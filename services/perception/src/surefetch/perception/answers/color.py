@@ -1,0 +1,65 @@
+"""Which of the named colours a body has. Pure.
+
+A marking's pixels do not count. Hue is the measure for colours that have one, since light and
+shadow leave it alone; white and black are told by brightness.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from surefetch.common.messages import Answer
+from surefetch.perception.answers.answer import identity
+from surefetch.perception.answers.faces import Bools
+from surefetch.perception.answers.look import Look
+from surefetch.perception.answers.tones import hue_gap, main_hue
+
+HUES_DEG: Final[dict[str, float]] = {
+    "red": 2.0,
+    "orange": 25.0,
+    "yellow": 50.0,
+    "green": 130.0,
+    "blue": 218.0,
+    "purple": 280.0,
+}
+COLORS: Final = (*HUES_DEG, "white", "black")
+HUE_UNIT_DEG: Final = 2.0
+GREY_VALUE: Final = 0.29
+"""Between the brightest parts of black and of shaded white."""
+GREY_UNIT: Final = 0.12
+WELL_SEEN_PX: Final = 60
+RIVAL_PX: Final = 12.0
+
+
+def color(look: Look, asked: str) -> Answer:
+    """Whether the body has the asked colour."""
+    own = ~look.marked
+    n_px = float(np.count_nonzero(own)) * look.share
+    doubt = 1.0 + 4.0 * max(0.0, 1.0 - n_px / WELL_SEEN_PX)
+    if not own.any():
+        return identity(0.0, doubt, {"body_px": n_px})
+    margins, evidence = _chromatic(look, own) if look.tones.colored else _grey(look, own)
+    if not look.tones.colored and look.marked.any() and look.rival_px < RIVAL_PX:
+        doubt += 9.0
+    return identity(margins[asked], doubt, evidence | {"body_px": n_px})
+
+
+def _chromatic(look: Look, own: Bools) -> tuple[dict[str, float], dict[str, float]]:
+    hsv = look.tones.hsv
+    steady = own & ~look.tones.clipped
+    used = steady if np.count_nonzero(steady) >= 20 else own
+    hue = main_hue(hsv[used, 0], hsv[used, 1] * hsv[used, 2])
+    away = {n: hue_gap(hue, c) for n, c in HUES_DEG.items()}
+    margins = {
+        name: 0.5 * (min(v for other, v in away.items() if other != name) - away[name])
+        for name in away
+    }
+    scores = {name: margin / HUE_UNIT_DEG for name, margin in margins.items()}
+    return scores | {"white": -9.0, "black": -9.0}, {"hue_deg": hue}
+
+
+def _grey(look: Look, own: Bools) -> tuple[dict[str, float], dict[str, float]]:
+    value = float(np.percentile(look.tones.hsv[own, 2], 85))
+    light = float(np.log(max(value, 0.02) / GREY_VALUE) / GREY_UNIT)
+    scores = dict.fromkeys(HUES_DEG, -9.0)
+    return scores | {"white": light, "black": -light}, {"value": value}

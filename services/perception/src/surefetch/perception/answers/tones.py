@@ -1,0 +1,105 @@
+"""Which pixels of a body have another colour than most of it. Pure.
+
+Lights change brightness but hardly hue, so a coloured body is told from its marking by hue and
+saturation. Bodies without hue (white, black) are told by brightness: a shadow darkens by less than
+the step from light to dark.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefetch.common.geometry import Array
+from surefetch.perception.answers.faces import Bools
+from surefetch.perception.histogram import hsv_of
+
+MIN_CHROMA: Final = 0.075
+MIN_SATURATION: Final = 0.22
+COLORED_SHARE: Final = 0.2
+"""Markings are dark or light: this much of a hue is the body's, however large the marking."""
+HUE_STEP_DEG: Final = 25.0
+PALER: Final = 0.5
+"""A pixel of less than this part of the body's saturation is no longer its colour."""
+SHADOW_RATIO: Final = 3.3
+"""Shadows darken by less than this."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tones:
+    """Pixels (n,) of a body in two tones at most."""
+
+    hsv: NDArray[np.float32]
+    """(n, 3)"""
+    clipped: Bools
+    """(n,) too bright for the camera: the hue is not to be trusted"""
+    colored: bool
+    """The body has a hue"""
+    other: Bools
+    """(n,) not the body's tone; for a body without hue, the smaller part"""
+
+
+def tones_of(rgb: NDArray[np.uint8]) -> Tones:
+    """Split pixels (n, 3) into the body's tone and another."""
+    hsv = hsv_of(rgb)
+    chroma = hsv[:, 1] * hsv[:, 2]
+    chromatic: Bools = (chroma > MIN_CHROMA) & (hsv[:, 1] > MIN_SATURATION)
+    clipped: Bools = (rgb >= 254).any(1)
+    if chromatic.mean() >= COLORED_SHARE:
+        return Tones(hsv, clipped, True, _off_hue(hsv, chromatic))
+    dark = _dark(hsv[:, 2].astype(np.float64))
+    return Tones(hsv, clipped, False, dark if dark.mean() <= 0.5 else ~dark)
+
+
+def _off_hue(hsv: NDArray[np.float32], chromatic: Bools) -> Bools:
+    hue = main_hue(hsv[chromatic, 0], hsv[chromatic, 1] * hsv[chromatic, 2])
+    own = chromatic & (np.abs(hue_difference(hsv[:, 0], hue)) < HUE_STEP_DEG)
+    if not own.any():
+        return ~chromatic
+    saturation = float(np.median(hsv[own, 1]))
+    other: Bools = ~own | (hsv[:, 1] < PALER * saturation)
+    return other
+
+
+def main_hue(hue_deg: NDArray[np.float32], weight: NDArray[np.float32]) -> float:
+    """The fullest 12 degrees of a circular histogram, refined by the median around it."""
+    counts = np.bincount((hue_deg / 4.0).astype(int) % 90, weights=weight, minlength=90)
+    smooth = counts + np.roll(counts, 1) + np.roll(counts, -1)
+    peak = (float(smooth.argmax()) + 0.5) * 4.0
+    off = hue_difference(hue_deg, peak)
+    near = np.abs(off) < HUE_STEP_DEG
+    return float((peak + np.median(off[near])) % 360.0) if near.any() else peak
+
+
+def hue_difference(hue_deg: NDArray[np.float32], of_deg: float) -> NDArray[np.float32]:
+    """Signed degrees (n,) in [-180, 180)."""
+    out: NDArray[np.float32] = (hue_deg - np.float32(of_deg) + 180.0) % 360.0 - 180.0
+    return out
+
+
+def hue_gap(a_deg: float, b_deg: float) -> float:
+    """Degrees between two hues, in [0, 180]."""
+    return abs((a_deg - b_deg + 180.0) % 360.0 - 180.0)
+
+
+def _dark(value: Array) -> Bools:
+    """(n,) the darker of two tones; nothing where one tone and its shadows explain all.
+
+    Source: Otsu, A threshold selection method from gray-level histograms (1979), on log values.
+    """
+    level = np.log(np.maximum(value, 0.02))
+    ordered = np.sort(level)
+    n = len(ordered)
+    k = np.arange(1, n)
+    sums = np.cumsum(ordered)
+    means = sums[:-1] / k, (sums[-1] - sums[:-1]) / (n - k)
+    between = k * (n - k) * (means[1] - means[0]) ** 2
+    if n < 2:
+        return np.zeros(n, bool)
+    cut = int(between.argmax())
+    low, high = np.median(ordered[: cut + 1]), np.median(ordered[cut + 1 :])
+    if high - low < np.log(SHADOW_RATIO):
+        return np.zeros(n, bool)
+    dark: Bools = level <= ordered[cut]
+    return dark
