@@ -13,6 +13,11 @@ R = TypeVar("R", bound=Message)
 class Bus(Protocol):
     """Typed questions and streams between services of one cell."""
 
+    @property
+    def boot(self) -> str:
+        """This process's identity: 128 random bits in hexadecimal digits."""
+        ...
+
     def ask(self, topic: Topic[Q, R], request: Q, *, timeout_s: float) -> R:
         """The one reply of the one live service that answers the topic.
 
@@ -63,11 +68,6 @@ class ServingBus(Bus, Protocol):
     @property
     def cell(self) -> str:
         """The cell's name in keys."""
-        ...
-
-    @property
-    def boot(self) -> str:
-        """This process's identity: 128 random bits in hexadecimal digits."""
         ...
 
     @property

@@ -116,7 +116,10 @@ def _array_from(kind: Any, value: Any) -> NDArray[Any]:
     """The array of one field; `kind` is its annotation, ``NDArray[np.float32]``."""
     (wanted,) = get_args(get_args(kind)[1])
     dtype = np.dtype(wanted).newbyteorder("<")
-    parts = msgspec.convert(value, _Array)
+    try:
+        parts = msgspec.convert(value, _Array)
+    except msgspec.ValidationError as error:  # as a ValueError it is told with the field's name
+        raise ValueError(f"no array: {error}") from None
     if parts.dtype != dtype.str:
         raise ValueError(f"expected an array of dtype {dtype.str}, found {parts.dtype[:16]!r}")
     n_bytes = prod(parts.shape) * dtype.itemsize

@@ -281,6 +281,10 @@ class JournaledBus:
         self._bus = bus
         self._journal = journal
 
+    @property
+    def boot(self) -> str:
+        return self._bus.boot
+
     def ask(self, topic: Topic[Q, R], request: Q, *, timeout_s: float) -> R:
         if topic.traffic is Traffic.BULK:
             return self._bus.ask(topic, request, timeout_s=timeout_s)

@@ -5,6 +5,7 @@
 
 import logging
 import os
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -35,7 +36,9 @@ class RunningCell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
 
 def default_folder() -> Path:
     """The user's runtime folder; need not be there yet."""
-    return Path(platformdirs.user_runtime_dir("surefetch")) / "cells"
+    with warnings.catch_warnings():  # that there is no such folder, and which one is used instead
+        warnings.simplefilter("ignore", UserWarning)
+        return Path(platformdirs.user_runtime_dir("surefetch")) / "cells"
 
 
 @contextmanager

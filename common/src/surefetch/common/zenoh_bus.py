@@ -9,6 +9,7 @@ once, and an exception in a callback ends the process, since no hook would see i
 import json
 import logging
 import os
+import re
 import secrets
 import threading
 import time
@@ -262,7 +263,9 @@ def _open(settings: BusSettings) -> zenoh.Session:
 
 
 def _first_line(error: BaseException) -> str:
-    return str(error).splitlines()[0][:400] if str(error) else type(error).__name__
+    """Without the place in Zenoh's own sources."""
+    text = re.split(r" at /\S+\.rs:", str(error).partition("\n")[0])[0]
+    return text[:400] or type(error).__name__
 
 
 def _config(settings: BusSettings) -> dict[str, Any]:

@@ -9,6 +9,8 @@ from surefetch.common.messages.observation import CoverState, Target
 
 EpisodeOutcome = Literal["grasped", "deferred", "failed", "stalled", "aborted", "stopped"]
 
+AfterGrasp = Literal["deliver", "hold", "return"]
+
 
 class Instruct(Message, frozen=True):
     """Fetch what this sentence names."""
@@ -16,7 +18,7 @@ class Instruct(Message, frozen=True):
     sentence: Text
     profile: Name
     policy: Name
-    after_grasp: Literal["deliver", "hold", "return"] = "deliver"
+    after_grasp: AfterGrasp = "deliver"
 
 
 class Accepted(Message, frozen=True):
@@ -26,6 +28,18 @@ class Accepted(Message, frozen=True):
     target: Target
     understood: Text
     """The target in words: "a red cylinder with a stripe, inside the box"."""
+
+
+class Equipped(Message, frozen=True):
+    """What the episode decides with beside what it asks, so that its journal alone can tell why."""
+
+    profile: Name
+    policy: Name
+    after_grasp: AfterGrasp
+    parameters: Text
+    """The parameter file, as JSON."""
+    cell: Text
+    """The cell file, as JSON."""
 
 
 class Cancel(Message, frozen=True):
@@ -145,7 +159,7 @@ class Ended(Message, frozen=True):
     """Wall seconds by service, and `motion`, the modelled time of the arm."""
 
 
-Happening = Accepted | Captured | Perceived | Believed | Decided | Acting | Acted | Ended
+Happening = Accepted | Equipped | Captured | Perceived | Believed | Decided | Acting | Acted | Ended
 
 
 class Event(Message, frozen=True):
