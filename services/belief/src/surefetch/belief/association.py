@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from surefetch.common.likeness import hellinger
 from surefetch.common.messages import Xyz
 
 Array = NDArray[np.float64]
@@ -68,11 +69,3 @@ def pair_cost(detection: Place, track: Place) -> float:
     apart_m = float(np.linalg.norm(np.subtract(detection.center_world_m, track.center_world_m)))
     cost = apart_m / GATE_M + hellinger(detection.hist, track.hist)
     return cost if apart_m <= GATE_M and cost < UNMATCHED else float("inf")
-
-
-def hellinger(p: Sequence[float] | None, q: Sequence[float] | None) -> float:
-    """Hellinger distance of two histograms, 0 … 1; 0 when one is missing."""
-    if p is None or q is None:
-        return 0.0
-    overlap = float(np.sqrt(np.multiply(p, q)).sum())
-    return float(np.sqrt(max(0.0, 1.0 - overlap)))
