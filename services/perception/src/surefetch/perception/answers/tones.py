@@ -45,7 +45,7 @@ def tones_of(rgb: NDArray[np.uint8]) -> Tones:
     hsv = hsv_of(rgb)
     chroma = hsv[:, 1] * hsv[:, 2]
     chromatic: Bools = (chroma > MIN_CHROMA) & (hsv[:, 1] > MIN_SATURATION)
-    clipped: Bools = (rgb >= 254).any(1)
+    clipped: Bools = np.asarray((rgb >= 254).any(1))
     if chromatic.mean() >= COLORED_SHARE:
         return Tones(hsv, clipped, True, _off_hue(hsv, chromatic))
     dark = _dark(hsv[:, 2].astype(np.float64))
