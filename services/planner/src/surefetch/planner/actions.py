@@ -5,7 +5,10 @@ Information actions are rows of the cell file; none is named here.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from surefetch.common.cell import InformRow
 from surefetch.common.hypotheses import (
@@ -115,11 +118,14 @@ def may_defer(gamma: tuple[str, ...], informs: tuple[InformRow, ...]) -> bool:
     return not informs or gamma == (ABS,)
 
 
-def grasp_cost(p: float, p_grasp: float, costs: Costs) -> float:
+P = TypeVar("P", float, NDArray[np.float64])
+
+
+def grasp_cost(p: P, p_grasp: float, costs: Costs) -> P:
     """Q_grasp of a hypothesis with probability p. Source: paper, eq:terminal-costs."""
     return costs.grasp + (1.0 - p) + costs.failed_grasp * p * (1.0 - p_grasp)
 
 
-def defer_cost(p_abs: float, costs: Costs) -> float:
+def defer_cost(p_abs: P, costs: Costs) -> P:
     """Q_defer. Source: paper, eq:terminal-costs."""
     return costs.defer * (1.0 - p_abs)

@@ -10,7 +10,7 @@ from surefetch.common.cell import InformRow
 from surefetch.common.conformal import conformal_set
 from surefetch.common.hypotheses import OBSERVATIONS
 from surefetch.common.messages import QValue
-from surefetch.planner import actions, enumeration
+from surefetch.planner import actions, enumeration, tensors
 from surefetch.planner.actions import Candidate, State
 from surefetch.planner.problem import Problem, Solution
 
@@ -54,7 +54,9 @@ def _lookahead(problem: Problem, gamma: tuple[str, ...]) -> Lookahead:
         return lambda row: _value_of_looking(
             problem, gamma, row, problem.state, problem.used, problem.horizon
         )
-    return enumeration.Enumeration(problem).q
+    if problem.options.factorized:
+        return enumeration.Enumeration(problem).q
+    return tensors.Lookahead(problem).q
 
 
 def _informs(

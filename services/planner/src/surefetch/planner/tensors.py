@@ -1,0 +1,162 @@
+"""The values of all nodes at once, as arrays over what was observed on the way. Pure.
+
+Observations of different actions commute in the belief, so a node is a *set* of actions with one
+outcome each, and the values of one set form an `OutcomeGrid`. Beliefs are unnormalised
+(`futures.Outcomes`), so looking ahead is a weighted sum over the axes of one action. What
+abstaining costs is linear in the belief and sums in closed form; only what a grasp saves against it
+is summed outcome by outcome.
+"""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from surefetch.common.cell import InformRow
+from surefetch.planner import actions
+from surefetch.planner.actions import State
+from surefetch.planner.futures import Array, outcomes
+from surefetch.planner.outcome_grid import OutcomeGrid
+from surefetch.planner.problem import Problem
+from surefetch.planner.rivals import NONE, Stakes
+
+Taken = tuple[str, ...]
+"""Actions on the way to a node, in the order of the axes."""
+
+CELLS: Final = 1 << 21
+"""Outcomes worked out at once: enough to keep numpy busy, few enough for the cache."""
+
+
+class Lookahead:
+    """Q of information actions at the root of one problem with at least one track."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        belief = problem.belief
+        self._masses = belief.p_tracked
+        self._total = float(self._masses.sum() + belief.p_unobs + belief.p_abs)
+        # A removal comes before every view, so its axis is first and no sum over it is needed.
+        self._order = sorted(problem.rows, key=lambda row: row.kind == "view")
+        self._outcomes = {
+            row.name: outcomes(problem.future, row, problem.y0) for row in self._order
+        }
+        self._values: dict[tuple[Taken, State], Array] = {}
+        self._savings: dict[tuple[Taken, State], dict[str, Array]] = {}
+        self._last: dict[tuple[Taken, State], set[str]] = {}
+        for taken, row, state in self._ways((), problem.state):
+            for after, _ in actions.transitions(row, state, problem.p_remove):
+                self._last.setdefault((self._with(taken, row), after), set()).add(row.name)
+
+    def q(self, row: InformRow) -> float:
+        """The value of one admissible information action at the root."""
+        return float(self._looking((), row, self._problem.state))
+
+    def _ways(self, taken: Taken, state: State) -> Iterator[tuple[Taken, InformRow, State]]:
+        """Every node set that can be reached, with an action from there and the state there."""
+        for row in self._informs(taken, state):
+            yield taken, row, state
+            for after, _ in actions.transitions(row, state, self._problem.p_remove):
+                yield from self._ways(self._with(taken, row), after)
+
+    def _looking(self, taken: Taken, row: InformRow, state: State) -> Array:
+        """Q of one more action at every node of a set. Source: eq:bellman-recursion."""
+        following = self._with(taken, row)
+        value = row.cost * self._grid(taken, state).mass()
+        for after, p in actions.transitions(row, state, self._problem.p_remove):
+            value = value + p * self._expected(following, row.name, after)
+        return value
+
+    def _expected(self, taken: Taken, name: str, state: State) -> Array:
+        """The values of a set of nodes, summed over what one of its actions may show."""
+        if self._informs(taken, state):
+            return _summed(self._value(taken, state), taken.index(name), self._weight(name))
+        stakes = self._stakes(taken, state)
+        others = tuple(other for other in taken if other != name)
+        abstaining = stakes.resort * self._grid(others, state).mass() - stakes.floor
+        return abstaining - self._saved(taken, state)[name]
+
+    def _value(self, taken: Taken, state: State) -> Array:
+        """The lowest cost at every node of a set from which looking may go on."""
+        if (taken, state) not in self._values:
+            grid = self._grid(taken, state)
+            value = np.minimum(-grid.gains(missing=NONE), self._surely_absent(grid))
+            for row in self._informs(taken, state):
+                value = np.minimum(value, self._looking(taken, row, state))
+            self._values[taken, state] = value
+        return self._values[taken, state]
+
+    def _saved(self, taken: Taken, state: State) -> dict[str, Array]:
+        """What grasping saves at the leaves, summed over what each last action may show."""
+        if (taken, state) not in self._savings:
+            sums: dict[str, list[Array]] = {name: [] for name in self._last[taken, state]}
+            for piece in self._pieces(taken):
+                gains = self._grid(taken, state, piece).gains(missing=0.0)
+                for name, parts in sums.items():
+                    axis = taken.index(name)
+                    weight = self._weight(name)[piece] if axis == 0 else self._weight(name)
+                    parts.append(_summed(gains, axis, weight))
+            self._savings[taken, state] = {
+                name: sum(parts[1:], parts[0]) if name == taken[0] else np.concatenate(parts)
+                for name, parts in sums.items()
+            }
+        return self._savings[taken, state]
+
+    def _pieces(self, taken: Taken) -> Iterator[slice]:
+        """Ranges of tracks for the first action, so that one range has about CELLS outcomes."""
+        n_tracks = len(self._masses)
+        n_each = self._weight(taken[0])[0].size * self._weight(taken[0]).size ** (len(taken) - 1)
+        size = max(1, CELLS // n_each)
+        for start in range(0, n_tracks, size):
+            yield slice(start, start + size)
+
+    def _surely_absent(self, grid: OutcomeGrid) -> Array:
+        """Cost of abstaining where the conformal set is {abs}, which is when it is admissible."""
+        problem, belief = self._problem, self._problem.belief
+        mass = grid.mass()
+        if problem.options.no_defer:
+            return np.full_like(mass, np.inf)
+        others = np.maximum(grid.heaviest(), belief.p_unobs)
+        alone = (1.0 - belief.p_abs / mass <= problem.q_hat) & (1.0 - others / mass > problem.q_hat)
+        costs = problem.costs
+        return np.where(alone, costs.defer * (mass - belief.p_abs), np.inf)
+
+    def _stakes(self, taken: Taken, state: State) -> Stakes:
+        """The rule of ending at a set of nodes, and the resort against which grasping stands."""
+        problem, costs = self._problem, self._problem.costs
+        inner = bool(self._informs(taken, state))
+        may_defer = not inner and not problem.options.no_defer
+        resort = 0.0 if inner else (costs.defer if may_defer else costs.stalled)
+        return Stakes(
+            share=1.0 - problem.q_hat,
+            conformal=not problem.options.no_conformal,
+            compatible=actions.compatible_with(problem.asked),
+            graspable=actions.graspable(problem.asked, state),
+            kappa=1.0 - costs.failed_grasp * (1.0 - problem.p_held),
+            eta=1.0 + costs.grasp - resort,
+            resort=resort,
+            floor=costs.defer * problem.belief.p_abs if may_defer else 0.0,
+            optional=may_defer,
+        )
+
+    def _grid(self, taken: Taken, state: State, first: slice = slice(None)) -> OutcomeGrid:
+        shown = [self._outcomes[name] for name in taken]
+        return OutcomeGrid(self._masses, self._total, shown, self._stakes(taken, state), first)
+
+    def _informs(self, taken: Taken, state: State) -> tuple[InformRow, ...]:
+        if len(taken) >= self._problem.horizon:
+            return ()
+        return actions.expandable(self._problem.rows, state, self._problem.used | set(taken))
+
+    def _with(self, taken: Taken, row: InformRow) -> Taken:
+        return tuple(r.name for r in self._order if r.name in taken or r.name == row.name)
+
+    def _weight(self, name: str) -> Array:
+        return self._outcomes[name].weight
+
+
+def _summed(values: Array, action: int, weight: Array) -> Array:
+    """Values (two axes per action) times weights (N, Y), summed over one action's axes."""
+    n_before = int(np.prod(values.shape[: 2 * action]))
+    flat = values.reshape(n_before, weight.size, -1)
+    summed: Array = np.matmul(weight.reshape(1, 1, -1), flat)
+    return summed.reshape(values.shape[: 2 * action] + values.shape[2 * action + 2 :])
