@@ -90,3 +90,15 @@ class ServingBus(Bus, Protocol):
     def close(self) -> None:
         """Leave: questions under way end with an error on both sides."""
         ...
+
+
+def check_may_ask(service: str | None, topic: Topic[Any, Any]) -> None:
+    """A service asks only what the table says; an operator or scorer (None) is not told apart.
+
+    Raises:
+        RuntimeError: a service asks what is not for it, as where an object really is. That is an
+            error in its code, so it is no refusal.
+    """
+    if service is not None and service not in topic.senders:
+        who = ", ".join(topic.senders)
+        raise RuntimeError(f"{service} may not ask {topic.name}; the table of topics says: {who}")

@@ -19,7 +19,7 @@ from typing import Any, Final, TypeVar
 import zenoh
 
 from surefetch.common import codec, refusals
-from surefetch.common.bus import Call
+from surefetch.common.bus import Call, check_may_ask
 from surefetch.common.errors import BadInput, CodecError
 from surefetch.common.messages import Message, RefusedReply
 from surefetch.common.peers import (
@@ -89,6 +89,7 @@ class ZenohBus:
         return self._settings.listen + self._settings.connect
 
     def ask(self, topic: Topic[Q, R], request: Q, *, timeout_s: float) -> R:
+        check_may_ask(self._service, topic)
         encoded = codec.encode(request, max_bytes=topic.max_request_bytes)
         several = topic.traffic is Traffic.STOP
         boot = self._peers.wait_for(topic.service, timeout_s, several=several)
