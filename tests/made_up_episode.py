@@ -11,8 +11,10 @@ from surefetch.common.messages import (
     Answer,
     Answers,
     Believed,
+    Body,
     Box3d,
     Captured,
+    Container,
     ContainerReading,
     Decided,
     Detection,
@@ -26,11 +28,14 @@ from surefetch.common.messages import (
     GraspVerdict,
     Happening,
     Inform,
+    Lighting,
+    Marking,
     Mask,
     Motion,
     Observations,
     Perceived,
     QValue,
+    Scene,
     StepRecord,
     Target,
     TrackSummary,
@@ -256,3 +261,48 @@ def observed() -> Observed:
         log.append(Stamped(0.1 * len(log), event))
     frames = {FrameId(boot="e", counter=n): frame(n) for n in range(2)}
     return Observed(tuple(log), frames)
+
+
+def body(
+    name: str, rgb: tuple[float, float, float], at: tuple[float, float], marked: bool = False
+) -> Body:
+    """A cylinder on the table."""
+    stripe = Marking(kind="stripe", face="top", rgb=(0.9, 0.9, 0.9), coverage=0.4)
+    return Body(
+        name=name,
+        shape="cylinder",
+        size_m=(0.05, 0.05, 0.06),
+        rgb=rgb,
+        marking=stripe if marked else None,
+        mass_kg=0.1,
+        position_world_m=(*at, 0.0),
+        yaw_rad=0.0,
+    )
+
+
+def scene() -> Scene:
+    """The table of the episode: a red and a blue cylinder beside an open box."""
+    return Scene(
+        family="visible",
+        seed=1,
+        generator_version=1,
+        bodies=(
+            body("red cylinder", (0.76, 0.13, 0.11), (0.95, 0.1)),
+            body("blue cylinder", (0.13, 0.37, 0.72), (0.95, -0.1)),
+        ),
+        container=Container(
+            kind="open box",
+            inner_size_m=(0.19, 0.14),
+            wall_height_m=0.075,
+            wall_thickness_m=0.005,
+            floor_thickness_m=0.005,
+            rgb=(0.5, 0.5, 0.5),
+            position_world_m=(1.1, 0.25, 0.0),
+            yaw_rad=0.3,
+            covered=False,
+            lid_rgb=(0.5, 0.5, 0.5),
+        ),
+        screens=(),
+        lighting=Lighting(direction=(0.0, 0.0, 1.0), ambient=0.5, diffuse=0.5, specular=0.0),
+        table_rgb=(0.7, 0.6, 0.5),
+    )

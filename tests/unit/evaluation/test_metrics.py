@@ -42,6 +42,8 @@ def test_nothing_observed_leaves_everything_possible() -> None:
         ("deferred", "absent", "a", [], "false_defer"),
         ("failed", "grasp_failed", "a", ["a"], "grasp_failed"),
         ("failed", "grasp_failed", "a", ["b"], "wrong_object"),
+        ("failed", "grasp_failed", None, [], "wrong_object"),
+        ("deferred", "no_view_left", "a", ["b"], "wrong_object"),
         ("failed", "removal_failed", "a", [], "interaction_failed"),
         ("failed", "step_limit", "a", [], "step_limit"),
         ("stalled", "nothing_admissible", "a", [], "stalled"),
@@ -52,6 +54,13 @@ def test_an_episode_is_counted_by_what_the_fingers_held(
     outcome: str, reason: str, target: str | None, grasped: list[str], expected: str
 ) -> None:
     assert verdict(outcome, reason, target=target, grasped=grasped) == expected
+
+
+@pytest.mark.parametrize("outcome", ["deferred", "failed", "stalled"])
+def test_a_target_that_nobody_ever_saw_is_a_failure_of_perception(outcome: str) -> None:
+    found = verdict(outcome, "no_view_left", target="a", grasped=[], anything_seen=False)
+    assert found == "perception_failure"
+    assert verdict("deferred", "absent", target=None, grasped=[], anything_seen=False) == "success"
 
 
 @given(st.lists(st.sampled_from(["success", "wrong_object", "false_defer", "stalled"])))

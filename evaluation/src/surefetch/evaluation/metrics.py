@@ -15,6 +15,7 @@ Verdict = Literal[
     "interaction_failed",
     "step_limit",
     "stalled",
+    "perception_failure",
     "aborted",
     "stopped",
 ]
@@ -26,6 +27,7 @@ VERDICTS: Final[tuple[Verdict, ...]] = (
     "interaction_failed",
     "step_limit",
     "stalled",
+    "perception_failure",
     "aborted",
     "stopped",
 )
@@ -44,7 +46,14 @@ class Scored:
     """Sum of the planner's constants of the actions taken."""
 
 
-def verdict(outcome: str, reason: str, *, target: str | None, grasped: Sequence[str]) -> Verdict:
+def verdict(
+    outcome: str,
+    reason: str,
+    *,
+    target: str | None,
+    grasped: Sequence[str],
+    anything_seen: bool = True,
+) -> Verdict:
     """How the scorer counts an episode.
 
     Args:
@@ -52,6 +61,7 @@ def verdict(outcome: str, reason: str, *, target: str | None, grasped: Sequence[
         reason: as the planner reported it; tells the step limit from a failed interaction.
         target: the body asked for, None when the table does not hold it.
         grasped: bodies that both fingers closed on, in order.
+        anything_seen: whether any candidate reached the belief.
 
     Returns:
         success when the target was grasped, or nothing was there to grasp and the end was a defer.
@@ -60,20 +70,22 @@ def verdict(outcome: str, reason: str, *, target: str | None, grasped: Sequence[
         return "aborted"
     if outcome == "stopped":
         return "stopped"
+    tried_to_grasp = outcome == "grasped" or reason.startswith("grasp")
+    if any(body != target for body in grasped) or (tried_to_grasp and target is None):
+        return "wrong_object"
+    if outcome == "grasped" and not grasped:
+        return "wrong_object"
+    if outcome == "grasped" or (outcome == "deferred" and target is None):
+        return "success"
+    if not anything_seen:
+        return "perception_failure"
+    if outcome == "deferred":
+        return "false_defer"
     if outcome == "stalled":
         return "stalled"
-    wrong = any(body != target for body in grasped)
-    if outcome == "deferred":
-        if wrong:
-            return "wrong_object"
-        return "success" if target is None else "false_defer"
-    if wrong or (outcome == "grasped" and target is None):
-        return "wrong_object"
-    if outcome == "grasped":
-        return "success" if grasped else "wrong_object"
     if reason == "step_limit":
         return "step_limit"
-    return "grasp_failed" if reason.startswith("grasp") else "interaction_failed"
+    return "grasp_failed" if tried_to_grasp else "interaction_failed"
 
 
 def realized_cost(scored: Scored) -> float:

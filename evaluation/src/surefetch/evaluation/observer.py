@@ -14,6 +14,7 @@ from surefetch.common.errors import SurefetchError
 from surefetch.common.messages import Captured, Event, Frame, FrameId
 from surefetch.common.topics import EVENTS, FRAME, MOVED, OBSERVED
 from surefetch.evaluation.observed import Observed, Seen, Stamped
+from surefetch.evaluation.observed_journal import ObservedJournal
 
 FRAME_TIMEOUT_S: Final = 5.0
 
@@ -33,10 +34,11 @@ class Observer:
         self._fetcher = threading.Thread(target=self._fetch, name="frames", daemon=True)
         self._fetcher.start()
 
-    def begin(self) -> None:
-        """Forget what was seen; a new episode begins."""
+    def begin(self, journal: ObservedJournal | None = None) -> None:
+        """Forget what was seen; a new episode begins, to be kept in this journal too."""
         with self._lock:
             self._began_s = time.monotonic()
+            self._journal = journal
             self._log: list[Stamped] = []
             self._frames: dict[FrameId, Frame] = {}
             self._lost: list[str] = []
@@ -71,6 +73,8 @@ class Observer:
         with self._lock:
             stamped = Stamped(time.monotonic() - self._began_s, message)
             self._log.append(stamped)
+            if self._journal is not None:
+                self._journal.heard(message)
         if self._on_message is not None:
             self._on_message(stamped)
 
@@ -84,6 +88,8 @@ class Observer:
             else:
                 with self._lock:
                     self._frames[wanted] = frame
+                    if self._journal is not None:
+                        self._journal.fetched(frame)
             finally:
                 self._wanted.task_done()
         self._wanted.task_done()
