@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from surefetch.common.messages import Box3d, CoverState
 from surefetch.perception.mask import Bits
-from surefetch.perception.rectangle import CELL_M, Rectangle, find_outline, find_plate
+from surefetch.perception.rectangle import CELL_M, Rectangle, find_outline, find_plates
 from surefetch.perception.surface import Floats, Surface
 
 LOWEST_RIM_M: Final = 0.016
@@ -23,6 +23,12 @@ WALL_SLACK_M: Final = 0.005
 """Points this near to a wall belong to it."""
 FLOOR_SLACK_M: Final = 0.005
 DEFAULT_FLOOR_M: Final = 0.004
+DEFAULT_WALL_M: Final = 0.006
+DEFAULT_OVERHANG_M: Final = 0.008
+MIN_OVERHANG_M: Final = 0.0035
+MAX_OVERHANG_M: Final = 0.02
+LID_THICKNESS_M: Final = 0.006
+"""Walls and floor under a lid are not seen; these are usual."""
 KNOB_M: Final = 0.008
 """Things higher than this on a lid are its knob."""
 FRAME_PX: Final = 2
@@ -49,6 +55,8 @@ class Container:
     mask: Bits
     complete: bool
     """The image border does not cut it."""
+    score: float
+    """Share of its outline, or of its lid, that was seen."""
 
     @property
     def cover(self) -> CoverState:
@@ -62,23 +70,50 @@ class Container:
 
 
 def find(surface: Surface) -> Container | None:
-    """The container in view, or None."""
+    """The container in view, or None.
+
+    A lid shows a knob, or sticks out over the walls; a wide body with a flat top does neither.
+    """
     tall = surface.valid & (surface.height_m > LOWEST_RIM_M) & (surface.height_m < HIGHEST_RIM_M)
     points = surface.points_world_m[tall]
     heights = surface.height_m[tall]
     cells, tops = _columns(points[:, :2], heights)
-    best: tuple[float, float, Rectangle] | None = None
-    for level in _levels(tops):
-        at_level = cells[np.abs(tops - level) < LEVEL_TOLERANCE_M]
-        plate = find_plate(at_level)
-        if plate is not None:
-            return _covered(surface, points, heights, plate, level)
-        outline = find_outline(at_level)
-        if outline is not None and (best is None or outline.coverage > best[0]):
-            best = (outline.coverage, level, outline)
-    if best is None or best[0] < MIN_COVERAGE:
-        return None
-    return _open(surface, points, heights, best[2], best[1])
+    plates = [
+        _measured(surface, points, heights, plate, level)
+        for level, at_level in _by_level(cells, tops)
+        for plate in find_plates(at_level)
+    ]
+    knobbed = [plate for plate in plates if plate.knob is not None]
+    if knobbed:
+        return _covered(surface, max(knobbed, key=lambda lid: lid.plate.coverage))
+    overhanging = [plate for plate in plates if plate.sticks_out]
+    others = _none_within([plate.plate for plate in plates if not plate.sticks_out], cells)
+    rims = [
+        (level, outline)
+        for level, at_level in _by_level(cells[others], tops[others])
+        if (outline := find_outline(at_level)) is not None and outline.coverage >= MIN_COVERAGE
+    ]
+    if rims:
+        level, outline = max(rims, key=lambda rim: rim[1].coverage)
+        return _open(surface, points, heights, outline, level)
+    if overhanging:
+        return _covered(surface, max(overhanging, key=lambda lid: lid.plate.coverage))
+    return None
+
+
+def _none_within(plates: list[Rectangle], cells: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which cells (n, 2) belong to none of the plates."""
+    free = np.ones(len(cells), dtype=np.bool_)
+    for plate in plates:
+        free &= plate.inset(cells) < -2 * CELL_M
+    return free
+
+
+def _by_level(
+    cells: NDArray[np.float64], tops: NDArray[np.float64]
+) -> list[tuple[float, NDArray[np.float64]]]:
+    """The commonest heights and the columns that end there."""
+    return [(level, cells[np.abs(tops - level) < LEVEL_TOLERANCE_M]) for level in _levels(tops)]
 
 
 def _columns(xy_m: Floats, heights: Floats) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -116,23 +151,53 @@ def _open(
     outer, inner, rim = _walls(points, heights, outline, level)
     floor = _floor(surface, inner, rim)
     mask = _wall_and_floor(surface, outer, inner, rim, floor)
-    return Container(outer, inner, rim, floor, None, mask, _uncut(mask))
+    return Container(outer, inner, rim, floor, None, mask, _uncut(mask), outline.coverage)
 
 
-def _covered(
+@dataclass(frozen=True, eq=False)
+class _Plate:
+    """A flat level rectangle that may be a lid."""
+
+    plate: Rectangle
+    top_m: float
+    knob: Box3d | None
+    overhang_m: float | None
+    """Over the walls below; None when too little of them is seen"""
+
+    @property
+    def sticks_out(self) -> bool:
+        overhang_m = self.overhang_m
+        return overhang_m is not None and overhang_m > MIN_OVERHANG_M and self.plate.coverage > 0.85
+
+
+def _measured(
     surface: Surface, points: Floats, heights: Floats, plate: Rectangle, level: float
-) -> Container:
+) -> _Plate:
     plate, top = _plate_edges(points, heights, plate, level)
-    outer = _grown(plate, -_overhang(points, heights, plate, top))
-    inner = _grown(outer, -0.006)
+    overhang = _overhang(points, heights, plate, top)
+    return _Plate(plate, top, _knob(surface, plate, top), overhang)
+
+
+def _covered(surface: Surface, lid: _Plate) -> Container:
+    plate, top = lid.plate, lid.top_m
+    overhang = DEFAULT_OVERHANG_M if lid.overhang_m is None else lid.overhang_m
+    outer = _grown(plate, -float(np.clip(overhang, 0.0, MAX_OVERHANG_M)))
+    inner = _grown(outer, -DEFAULT_WALL_M)
     inset = outer.inset(surface.points_world_m[..., :2])
     over = plate.inset(surface.points_world_m[..., :2])
     body = (inset > -WALL_SLACK_M) & (surface.height_m > 0.004)
     cap = (over > -WALL_SLACK_M) & (surface.height_m > top - 0.02)
     mask = surface.valid & (body | cap)
-    knob = _knob(surface, plate, top)
-    rim = top - 0.006
-    return Container(outer, inner, rim, DEFAULT_FLOOR_M, Lid(plate, top, knob), mask, _uncut(mask))
+    return Container(
+        outer=outer,
+        inner=inner,
+        rim_m=top - LID_THICKNESS_M,
+        floor_m=DEFAULT_FLOOR_M,
+        lid=Lid(plate, top, lid.knob),
+        mask=mask,
+        complete=_uncut(mask),
+        score=min(1.0, plate.coverage),
+    )
 
 
 def _walls(
@@ -243,12 +308,12 @@ def _plate_edges(
     return replace(plate, u_m=edges_u, v_m=edges_v), top
 
 
-def _overhang(points: Floats, heights: Floats, plate: Rectangle, top: float) -> float:
+def _overhang(points: Floats, heights: Floats, plate: Rectangle, top: float) -> float | None:
     """How far the plate sticks out over the walls, from the walls seen below it."""
     below = (heights < top - 0.012) & (heights > 0.01)
     inset = plate.inset(points[:, :2])
     wall = inset[below & (inset > -0.01) & (inset < 0.03)]
-    return float(np.clip(np.median(wall), 0.0, 0.02)) if len(wall) > 100 else 0.008
+    return float(np.median(wall)) if len(wall) > 100 else None
 
 
 def _knob(surface: Surface, plate: Rectangle, top: float) -> Box3d | None:

@@ -15,6 +15,8 @@ from surefetch.common.geometry import Array
 CELL_M: Final = 0.004
 MIN_SIDE_M: Final = 0.11
 MAX_SIDE_M: Final = 0.40
+MIN_FILLED: Final = 0.6
+"""Share of a plate's area that is seen; things in front may hide some."""
 _N_LINES: Final = 7
 """Candidate lines per direction."""
 _YAWS: Final = np.deg2rad(np.arange(0.0, 90.0, 1.5))
@@ -156,10 +158,10 @@ def _pairs(counts: NDArray[np.integer]) -> NDArray[np.intp]:
     return np.column_stack([peaks[a][fits], peaks[b][fits]])
 
 
-def find_plate(cells_m: Array) -> Rectangle | None:
-    """The filled rectangle of at least a lid's size that the occupied cells (n, 2) make."""
+def find_plates(cells_m: Array) -> list[Rectangle]:
+    """The filled rectangles of at least a lid's size that the occupied cells (n, 2) make."""
     if len(cells_m) < 0.4 * MIN_SIDE_M**2 / CELL_M**2:
-        return None
+        return []
     origin = cells_m.min(0) - 2 * CELL_M
     at = np.floor((cells_m - origin) / CELL_M).astype(int)
     grid = np.zeros(at.max(0) + 3, dtype=np.uint8)
@@ -167,22 +169,22 @@ def find_plate(cells_m: Array) -> Rectangle | None:
     opened = cv2.morphologyEx(grid, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     opened = cv2.morphologyEx(opened, cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
     n, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
-    if n < 2:
-        return None
-    biggest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    ij = np.argwhere(labels == biggest).astype(np.float32)
-    corners = cv2.boxPoints(cv2.minAreaRect(ij))
+    big = stats[:, cv2.CC_STAT_AREA] > 0.4 * MIN_SIDE_M**2 / CELL_M**2
+    plates = [_plate(np.argwhere(labels == i), origin) for i in range(1, n) if big[i]]
+    return [plate for plate in plates if plate is not None]
+
+
+def _plate(ij: NDArray[np.intp], origin: Array) -> Rectangle | None:
+    """The rectangle around the grid cells (n, 2), if they fill it and its size fits a lid."""
+    corners = cv2.boxPoints(cv2.minAreaRect(ij.astype(np.float32)))
     edge = corners[1] - corners[0]
     yaw = float(np.arctan2(edge[1], edge[0]) % (np.pi / 2))
     u, v = _projected(origin + (ij + 0.5) * CELL_M, yaw)
     half = CELL_M / 2
-    plate = Rectangle(
-        yaw,
-        (float(u.min() - half), float(u.max() + half)),
-        (float(v.min() - half), float(v.max() + half)),
-    )
+    edges_u = (float(u.min() - half), float(u.max() + half))
+    edges_v = (float(v.min() - half), float(v.max() + half))
+    plate = Rectangle(yaw, edges_u, edges_v)
     filled = len(ij) * CELL_M**2 / plate.area_m2
-    sides = plate.size_m
-    if min(sides) < MIN_SIDE_M or max(sides) > MAX_SIDE_M or filled < 0.6:
+    if min(plate.size_m) < MIN_SIDE_M or max(plate.size_m) > MAX_SIDE_M or filled < MIN_FILLED:
         return None
-    return Rectangle(plate.yaw_rad, plate.u_m, plate.v_m, filled)
+    return Rectangle(yaw, edges_u, edges_v, filled)
