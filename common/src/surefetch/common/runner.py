@@ -190,9 +190,9 @@ class Host:
 
     def close(self) -> None:
         """Leave the bus and let the service give back what it holds."""
+        self._bus.close()
         if isinstance(self._service, Closes):
             self._service.close()
-        self._bus.close()
         self._journal.close()
 
     def _own_handles(self) -> tuple[Handle[Any, Any], ...]:
@@ -232,8 +232,13 @@ class Host:
         waiting: Queue[Call] = Queue(MAX_WAITING)
 
         def serve_all() -> None:
-            while True:
-                self._serve(handle, waiting.get())
+            try:
+                while True:
+                    self._serve(handle, waiting.get())
+            except BaseException:
+                if not self._ending.is_set():  # else the bus and the service are closing under it
+                    raise
+                log.info("%s: a question met the end of the process", handle.topic.name)
 
         def on_call(call: Call) -> None:
             try:
