@@ -80,7 +80,12 @@ def test_a_service_that_dies_ends_the_episode_with_its_name(service: str, tmp_pa
     go_on = threading.Event()
     holder = Holder(go_on)
     with made_up_cell(tmp_path, holder) as cell:
-        killer = threading.Thread(target=lambda: holder.reached.wait(5) and cell.kill(service))
+
+        def kill() -> None:
+            assert holder.reached.wait(5)
+            cell.kill(service)
+
+        killer = threading.Thread(target=kill)
         killer.start()
         finished, _ = run(cell, tmp_path)
         go_on.set()

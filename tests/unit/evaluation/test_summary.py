@@ -6,6 +6,7 @@ import made_up_episode
 
 from surefetch.common.messages import Status
 from surefetch.evaluation import summary
+from surefetch.evaluation.scoring import Score
 
 PROMISED = set(
     "episode scene instruction understood profile policy outcome reason because correct delivered "
@@ -31,7 +32,8 @@ def test_every_promised_key_is_there_and_can_be_written() -> None:
         policy="ours",
         accepted=made_up_episode.observed().accepted,
         ended=made_up_episode.ended(),
-        correct=True,
+        score=Score("success", True),
+        wall_s=9.5,
         services={"belief": STATUS},
         missing=(),
     )
@@ -50,7 +52,8 @@ def test_an_episode_cut_short_can_be_written_too() -> None:
         policy="ours",
         accepted=None,
         ended=summary.cut_short("aborted", "service_lost", "belief died"),
-        correct=False,
+        score=Score("aborted", False),
+        wall_s=1.0,
         services={},
         missing=("frames",),
     )

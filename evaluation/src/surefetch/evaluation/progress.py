@@ -52,6 +52,12 @@ class Progress:
             self._console.print(line, soft_wrap=True)
         self.wait(_next(event.happening))
 
+    def ended(self, ended: Ended) -> None:
+        """Print how the episode ended."""
+        self.wait(None)
+        for line in _ended(ended, 0):
+            self._console.print(line, soft_wrap=True)
+
     def say(self, text: str, style: str = "") -> None:
         """Print a line that is no event."""
         self.wait(None)

@@ -7,8 +7,10 @@ from typing import Any, Final, Literal
 import msgspec
 
 from surefetch.common.messages import Accepted, ActionRecord, Ended, Message, Status, StepRecord
+from surefetch.evaluation.scoring import Score
 
 FORMAT: Final = 1
+CutShort = Literal["aborted", "stopped"]
 EXIT_CODES: Final[dict[str, int]] = {
     "grasped": 0,
     "deferred": 0,
@@ -27,7 +29,8 @@ def summarize(
     policy: str,
     accepted: Accepted | None,
     ended: Ended,
-    correct: bool | None,
+    score: Score,
+    wall_s: float,
     services: Mapping[str, Status],
     missing: Sequence[str],
 ) -> dict[str, Any]:
@@ -43,14 +46,15 @@ def summarize(
         "outcome": ended.outcome,
         "reason": ended.reason,
         "because": ended.because,
-        "correct": correct,
+        "correct": score.correct,
+        "verdict": score.verdict,
         "delivered": ended.delivered,
         "track": ended.track,
         "relation": ended.relation,
         "actions": [_untagged(action) for action in ended.actions],
         "steps": [_step(step) for step in ended.steps],
         "q_hat": _number(ended.q_hat),
-        "durations": dict(ended.durations),
+        "durations": {**ended.durations, "total": wall_s},
         "services": {
             name: {"pid": status.pid, "host": status.host} for name, status in services.items()
         },
@@ -59,7 +63,7 @@ def summarize(
 
 
 def cut_short(
-    outcome: Literal["aborted", "stopped"],
+    outcome: CutShort,
     reason: str,
     because: str,
     looks: Sequence[StepRecord] = (),

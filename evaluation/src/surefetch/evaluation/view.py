@@ -1,4 +1,4 @@
-"""`surefetch view DIR`: show a run in Rerun; its recording is rebuilt from the journal if need be."""
+"""`surefetch view DIR`: show a run in Rerun, if need be rebuilt from its journal."""
 
 import argparse
 import os
@@ -20,9 +20,9 @@ def main(argv: list[str]) -> int:
     if asked.open and has_display():
         open_viewer(str(recording))
     else:
-        print(
-            f"{recording}\n  Open it: rerun {recording}\n  In a browser: rerun --web-viewer {recording}"
-        )
+        print(f"the recording is {recording}")
+        print(f"  in a window:  rerun {recording}")
+        print(f"  in a browser: rerun --web-viewer {recording}")
     return 0
 
 
