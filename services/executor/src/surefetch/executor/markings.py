@@ -118,6 +118,8 @@ def _inside(polygon: Array, outline: Array) -> Array:
         along = end - start
         into = np.array([-along[1], along[0]])
         turned = np.column_stack([polygon @ along, polygon @ into])
+        if (turned[:, 1] >= start @ into).all():
+            continue
         turned = clip(turned, 1, float(start @ into), -1.0)
         polygon = (turned @ np.array([along, into])) / (along @ along)
     return polygon
