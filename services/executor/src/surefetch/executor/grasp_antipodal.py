@@ -26,7 +26,7 @@ TILTED_YAWS = 24
 TILTS_RAD = tuple(np.radians([-15.0, 15.0, -30.0, 30.0]))
 SIDE_M = 0.005
 """Kept free beside fingers and palm: collision checks grow them, and what is seen is uncertain."""
-ROOMS = ((0.6, SIDE_M), (1.0, SIDE_M), (1.0, 3.0 * SIDE_M))
+ROOMS = ((0.4, 0.6 * SIDE_M), (0.7, SIDE_M), (1.0, SIDE_M), (1.4, 2.0 * SIDE_M))
 """How much room there may be beside the object, from tight to ample: share of the hand's clearance
 between pad and object while approaching, and what is free beside the fingers."""
 UNDER_TIP_M = 0.006
@@ -210,7 +210,7 @@ def _first_under_fingers(
     outer = inner + share * hand.clearance_m + hand.finger_thickness_m
     across = np.abs(seen[:, 1])
     met: NDArray[np.bool_] = np.abs(seen[:, 0]) < hand.finger_breadth_m / 2.0 + side_m
-    met &= (across > inner - SIDE_M) & (across < outer + side_m)
+    met &= (across > inner - side_m) & (across < outer + side_m)
     return _first(seen[:, 2], met)
 
 
@@ -236,7 +236,8 @@ def _ranked(
     for i in _diverse(grasps, score):
         T = rigid(grasps.R[i], grasps.origin_m[i] + depth[i] * grasps.R[i, :, 2])
         width, share = float(grasps.width_m[i]), ROOMS[room[i] - 1][0]
-        poses.append(GraspPose(T, width + 2.0 * share * hand.clearance_m, width, float(score[i])))
+        opening = min(width + 2.0 * share * hand.clearance_m, hand.width_max_m)
+        poses.append(GraspPose(T, opening, width, float(score[i])))
     return tuple(poses)
 
 

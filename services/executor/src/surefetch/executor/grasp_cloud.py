@@ -9,7 +9,7 @@ from surefetch.common.geometry import Array, inverse, transform
 from surefetch.common.messages import Estimate, Track
 from surefetch.executor.obstacles import VOXEL_M, NamedBox, named, obstacles_of, track_name
 
-SPACING_M = 0.006
+SPACING_M = 0.008
 """Between sampled points of a box's faces."""
 NEAR_M = 0.30
 """Nothing farther from the object can touch the hand."""

@@ -85,7 +85,7 @@ class MotionPlanner:
             room = Room(self._cell, scene, tool.width_m, step_m)
             waypoints = find_path(start_rad, np.atleast_2d(goals_rad), room, rng)
             trajectory = self._timed(waypoints, room, tool)
-            refusal = self._recheck(trajectory, scene, tool)
+            refusal = self.recheck(trajectory, scene, tool)
             if refusal is None:
                 return trajectory
             why = refusal.why
@@ -157,12 +157,12 @@ class MotionPlanner:
             p = tcp_positions(path, tool.width_m)
             limit[np.linalg.norm(p - p[-1], axis=1) < LAST_M] = self._cell.speeds.tcp_last_30mm_m_s
         timed = time_path(path, self._limits, limit, tool.width_m)
-        refusal = self._recheck(timed, scene, tool)
+        refusal = self.recheck(timed, scene, tool)
         if refusal is not None:
             raise refusal
         return timed
 
-    def _recheck(
+    def recheck(
         self, trajectory: Trajectory, scene: CollisionScene, tool: Tool
     ) -> Infeasible | None:
         """Why the samples of a timed path are not allowed, or None."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefetch.common.geometry import Array
+from surefetch.common.messages import AskTruth, Scene, SceneLoaded, Truth
 
 StopRequested = Callable[[], bool]
 """Polled during motion; true means: come to rest now."""
@@ -82,3 +83,15 @@ class Devices:
     arm: Arm
     gripper: Gripper
     camera: Camera
+
+
+class SimulatedCell(Protocol):
+    """What only a simulated cell can do, for the scorer: no planning ever sees it."""
+
+    def load_scene(self, scene: Scene) -> SceneLoaded:
+        """Replace what is on the table; the arm starts at home."""
+        ...
+
+    def truth(self, ask: AskTruth) -> Truth:
+        """Where everything is."""
+        ...

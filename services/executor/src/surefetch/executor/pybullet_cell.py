@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefetch.common.cell import Cell
-from surefetch.common.geometry import Array, inverse, rotation_angle
+from surefetch.common.geometry import Array, inverse
 from surefetch.common.messages import Lighting, Scene
 from surefetch.common.streams import stream
 from surefetch.executor import pose_errors, scene_bodies, ur10e, views
@@ -14,8 +14,6 @@ from surefetch.executor.pybullet_robot import GripModel, SimulatedRobot
 from surefetch.executor.pybullet_world import PybulletWorld
 
 SEGMENTATIONS = 64
-AT_VIEW_M = 0.02
-AT_VIEW_RAD = float(np.radians(2.0))
 EMPTY_TABLE = Scene(
     family="empty",
     seed=0,
@@ -93,7 +91,7 @@ class PybulletCell:
 
     def next_image_stream(self) -> np.random.Generator:
         """Noise of the next image: by view, cover state, and how many there were of them."""
-        view = self.view_at(self.robot.joints_rad()) or "between views"
+        view = views.view_at(self.cell, self.robot.joints_rad()) or "between views"
         key = (view, "covered" if self.covered() else "open")
         self._images[key] += 1
         scene = self.world.scene
@@ -103,15 +101,6 @@ class PybulletCell:
         """(4, 4): where the camera is, its hidden error included."""
         pose: Array = self.robot.T_world_flange() @ self._mount @ self._error
         return pose
-
-    def view_at(self, q_rad: Array) -> str | None:
-        """The view at which the camera is with these joints, or None."""
-        T = ur10e.flange(q_rad) @ self._mount
-        for view in self.cell.views:
-            off = inverse(views.camera_pose(self.cell, view)) @ T
-            if np.linalg.norm(off[:3, 3]) < AT_VIEW_M and rotation_angle(off[:3, :3]) < AT_VIEW_RAD:
-                return view.name
-        return None
 
     def flange_on_arrival(self, view: str) -> Array:
         """T_world_flange (4, 4) at which the arm ends a move to this view, as things stand."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from surefetch.common.errors import DeviceFault
 from surefetch.common.geometry import Array, intrinsics
-from surefetch.executor import kinematics
+from surefetch.executor import kinematics, views
 from surefetch.executor.ports import Devices, Image, StopRequested, Trajectory
 from surefetch.executor.pybullet_cell import PybulletCell
 from surefetch.executor.pybullet_world import STEP_S
@@ -100,7 +100,7 @@ class PybulletArm:
 
     def _arrival_offset(self, end_rad: Array) -> Array:
         """(6,) what the arm adds to the end of a trajectory that ends at a view."""
-        view = self._simulated.view_at(end_rad)
+        view = views.view_at(self._simulated.cell, end_rad)
         if view is None:
             return np.zeros(6)
         found = kinematics.solutions(self._simulated.flange_on_arrival(view), end_rad)
@@ -120,7 +120,11 @@ class Reference:
 
     def joints_rad(self, at_s: float) -> Array:
         """(6,)."""
-        return np.array([np.interp(at_s, self._times_s, column) for column in self._q_rad.T])
+        k = int(np.clip(np.searchsorted(self._times_s, at_s), 1, len(self._times_s) - 1))
+        before_s, after_s = self._times_s[k - 1], self._times_s[k]
+        share = min(max((at_s - before_s) / (after_s - before_s), 0.0), 1.0)
+        q: Array = self._q_rad[k - 1] + share * (self._q_rad[k] - self._q_rad[k - 1])
+        return q
 
     def speeds_rad_s(self, at_s: float) -> Array:
         """(6,)."""

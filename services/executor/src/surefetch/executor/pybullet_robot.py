@@ -23,10 +23,12 @@ whatever is nearest between the fingers (the paper's simulation)."""
 JOINT_NAME, LINK_NAME = 1, 12
 ARM_POSITION_GAIN = 0.3
 FINGER_POSITION_GAIN = 0.2
-FINGER_SPEED_M_S = 0.06
+FINGER_SPEED_M_S = ur10e.GRIPPER_SPEED_M_S / 2.0
 PAD_FRICTION = 0.8
 COUPLING_FORCE_N = 300.0
 RETRACTION_FORCE_N = 2000.0
+RETRACTION_STEP_M = 1e-5
+"""Finer changes of the opening do not move the retraction."""
 HOLD_FORCE_N = 200.0
 ATTACH_FORCE_N = 10_000.0
 ATTACH_REACH_M = 0.06
@@ -45,6 +47,7 @@ class SimulatedRobot:
         self._model = grip_model
         self._held: tuple[int, int, Array] | None = None
         self._target_m = 0.0
+        self._drawn_back_for_m = np.inf
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "robot.urdf"
             path.write_text(robot_urdf(T_flange_camera), encoding="utf-8")
@@ -121,18 +124,25 @@ class SimulatedRobot:
 
     def step(self) -> None:
         """One step of simulated time."""
+        width_m = self.width_m()
+        if abs(width_m - self._drawn_back_for_m) > RETRACTION_STEP_M:
+            self._draw_back(width_m)
+        self._world.step()
+        if self._held is not None and self._slip_m() > LOST_AT_M:
+            self.release()
+
+    def _draw_back(self, width_m: float) -> None:
+        """Aim the retraction at what belongs to an opening."""
+        self._drawn_back_for_m = width_m
         pybullet.setJointMotorControl2(
             self._uid,
             self._retraction,
             pybullet.POSITION_CONTROL,
-            targetPosition=float(ur10e.retraction_m(np.clip(self.width_m(), 0.0, 0.16))),
+            targetPosition=float(ur10e.retraction_m(np.clip(width_m, 0.0, ur10e.WIDTH_MAX_M))),
             force=RETRACTION_FORCE_N,
             positionGain=0.5,
             physicsClientId=self._client,
         )
-        self._world.step()
-        if self._held is not None and self._slip_m() > LOST_AT_M:
-            self.release()
 
     def touched_by_both(self) -> int | None:
         """The thing that both fingers touch, as an index into the world's things."""

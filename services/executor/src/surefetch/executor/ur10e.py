@@ -56,6 +56,8 @@ CAMERA_MASS_KG = 1.15
 """Zivid 2 with its on-arm mount."""
 
 WIDTH_MAX_M = 0.160
+GRIPPER_SPEED_M_S = 0.12
+"""Of the opening; each finger has half of it."""
 TIP_Z_M = 0.268
 """Flange to the ends of the closed fingertips."""
 FINGER_LENGTH_M = 0.108

@@ -1,0 +1,40 @@
+"""Wiring of the executor: `surefetch serve executor`."""
+
+import sys
+from collections.abc import Callable
+
+from surefetch.common.bus import Bus
+from surefetch.common.runner import serve
+from surefetch.common.settings import Settings, read_settings
+from surefetch.common.topics import EXECUTOR
+from surefetch.executor.grasp_antipodal import AntipodalProposer
+from surefetch.executor.pybullet_cell import PybulletCell
+from surefetch.executor.pybullet_devices import pybullet_devices
+from surefetch.executor.service import ExecutorService
+from surefetch.executor.simulation import Simulation
+from surefetch.executor.situation import Workcell
+
+
+def pybullet(settings: Settings, bus: Bus) -> ExecutorService:
+    """The simulated cell."""
+    simulated = PybulletCell(settings.cell)
+    return ExecutorService(
+        Workcell.of(settings.cell, AntipodalProposer()),
+        pybullet_devices(simulated, real_time=settings.real_time),
+        bus,
+        backend="pybullet",
+        simulated=Simulation(simulated),
+    )
+
+
+EXECUTORS: dict[str, Callable[[Settings, Bus], ExecutorService]] = {"pybullet": pybullet}
+
+
+def main(argv: list[str]) -> int:
+    """Serve until told to end; the exit code."""
+    settings = read_settings(argv, EXECUTOR)
+    return serve(lambda bus: EXECUTORS[settings.executor](settings, bus), settings)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

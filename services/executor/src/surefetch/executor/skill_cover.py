@@ -1,0 +1,41 @@
+"""Taking the lid off its container, and looking at what was under it."""
+
+from surefetch.common.cell import InformRow
+from surefetch.common.errors import DeviceFault
+from surefetch.executor.execution import Failed
+from surefetch.executor.infeasible import Infeasible
+from surefetch.executor.lid_removal import knob_of
+from surefetch.executor.skill_place import set_down
+from surefetch.executor.skill_take import take
+from surefetch.executor.task import Task
+
+
+def remove_cover(task: Task, row: InformRow) -> str:
+    """Take the lid off by its knob, set it down at its place, then look from the row's view.
+
+    Checks: those of `take` and `set_down`. After a failure it looks from the view too, if it can.
+
+    Raises:
+        Infeasible: there is no lid, no knob, or no way; nothing was moved.
+        Failed: the lid was not taken, or was lost on the way.
+    """
+    plan = task.plans.lid(task.now(), task.rng)
+    if isinstance(plan, Infeasible):
+        raise plan
+    task.checked(*plan.pick.steps)
+    try:
+        take(task, plan.pick)
+        set_down(task, plan.put_down)
+    except (Failed, DeviceFault) as why:
+        _look_anyway(task, row, why)
+        raise
+    task.run.memory = task.run.memory.put(knob_of(plan))
+    task.look(row.view, lid=False)
+    return "the lid is off and set down"
+
+
+def _look_anyway(task: Task, row: InformRow, why: Exception) -> None:
+    try:
+        task.look(row.view)
+    except (Infeasible, Failed, DeviceFault) as stuck:
+        raise Failed(f"{why}; and then: {stuck}") from why
