@@ -1,0 +1,66 @@
+"""The failure rules of the two profiles, and the policies that live by them. Pure."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from surefetch.common.errors import BadInput
+from surefetch.planner.problem import Problem, Solution
+from surefetch.planner.search import solve
+
+
+@dataclass(frozen=True)
+class Profile:
+    """What a failed interaction means, and when an episode has gone on for long enough."""
+
+    name: str
+    tries: int
+    """Of one view, of one cover, of one target."""
+    outlives_failure: bool
+    """False: the first failed interaction ends the episode."""
+    max_actions: int
+    """Information actions and grasps that are executed, failed ones included."""
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Which action to take, and under which failure rules."""
+
+    name: str
+    profile: Profile
+    solve: Callable[[Problem], Solution]
+
+
+PAPER: Final = Profile("paper", tries=1, outlives_failure=False, max_actions=6)
+EXTENDED: Final = Profile("extended", tries=3, outlives_failure=True, max_actions=12)
+
+PROFILES: Final = {profile.name: profile for profile in (PAPER, EXTENDED)}
+POLICIES: Final = {
+    policy.name: policy
+    for policy in (Policy("ours", EXTENDED, solve), Policy("paper-method", PAPER, solve))
+}
+
+
+def choose(profile: str, policy: str) -> Policy:
+    """The policy of this name.
+
+    Raises:
+        BadInput: there is no such profile or policy, or the policy brings another profile.
+    """
+    if profile not in PROFILES:
+        raise BadInput(
+            f'there is no profile "{profile}".\n  Profiles: {", ".join(PROFILES)}\n'
+            "  Nothing was moved."
+        )
+    if policy not in POLICIES:
+        raise BadInput(
+            f'there is no policy "{policy}".\n  Policies: {", ".join(POLICIES)}\n'
+            "  Nothing was moved."
+        )
+    chosen = POLICIES[policy]
+    if chosen.profile.name != profile:
+        raise BadInput(
+            f'the policy "{policy}" brings its own profile, "{chosen.profile.name}", and cannot '
+            f'run with "{profile}".\n  Nothing was moved.'
+        )
+    return chosen
