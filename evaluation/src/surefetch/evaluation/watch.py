@@ -12,7 +12,6 @@ from rich.console import Console
 
 from surefetch.common.errors import BadInput
 from surefetch.common.joining import join
-from surefetch.common.messages import Ended, Event
 from surefetch.common.running_cells import newest_cell
 from surefetch.evaluation.live_view import LiveView
 from surefetch.evaluation.progress import Progress
@@ -96,13 +95,6 @@ def _serve(progress: Progress, *, open_window: bool) -> _Server:
         progress.say(f"in a window:  rerun {address}")
     progress.say("Ctrl-C ends watching; the cell goes on.", style="dim")
     return _Server(address, stream)
-
-
-def _show(progress: Progress, event: Event) -> None:
-    if isinstance(event.happening, Ended):
-        progress.ended(event.happening)
-    else:
-        progress.show(event)
 
 
 def _free(port: int) -> int:

@@ -1,9 +1,9 @@
 """Things as PyBullet bodies: contact shapes, mass, friction."""
 
-import pybullet
 from scipy.spatial.transform import Rotation
 
 from surefetch.common.geometry import Array
+from surefetch.executor.quiet_pybullet import pybullet
 from surefetch.executor.scene_bodies import BoxSolid, CylinderSolid, HullSolid, Thing
 
 SPINNING_FRICTION = 0.005

@@ -9,13 +9,13 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 
 from surefetch.common.geometry import Array, inverse, look_at
 from surefetch.common.messages import Lighting, Rgb
 from surefetch.executor import shading
 from surefetch.executor.ground import Sheet, sheet_depth
+from surefetch.executor.quiet_pybullet import pybullet
 from surefetch.executor.scene_bodies import ARM_SEGMENT, NOTHING_SEGMENT, Thing
 from surefetch.executor.scene_meshes import Mesh
 

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import pybullet
 
 from surefetch.common.geometry import Array, inverse
 from surefetch.executor import ur10e
 from surefetch.executor.pybullet_world import PybulletWorld, matrix
+from surefetch.executor.quiet_pybullet import pybullet
 from surefetch.executor.urdf import FINGER_JOINTS, RETRACTION_JOINT, robot_urdf
 
 GripModel = Literal["contact_then_hold", "friction", "attachment"]

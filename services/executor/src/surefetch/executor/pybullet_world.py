@@ -14,13 +14,13 @@ from types import TracebackType
 from typing import Self
 
 import numpy as np
-import pybullet
 
 from surefetch.common.geometry import Array, rigid
 from surefetch.common.messages import BodyTruth, Scene
 from surefetch.executor import scene_bodies
 from surefetch.executor.pybullet_bodies import add_thing, quaternion_of
 from surefetch.executor.pybullet_renderer import Picture, Placement, PybulletRenderer
+from surefetch.executor.quiet_pybullet import pybullet
 
 STEP_S = 1.0 / 240.0
 SOLVER_ITERATIONS = 150
