@@ -11,7 +11,7 @@ from surefetch.executor import ur10e
 from surefetch.executor.collision import CollisionScene
 from surefetch.executor.infeasible import Infeasible
 from surefetch.executor.obstacles import NamedBox, named
-from surefetch.executor.pick import Pick, Way, farthest, opening_m, plan_pick
+from surefetch.executor.pick import Pick, Scenes, Way, farthest, opening_m, plan_pick
 from surefetch.executor.put_down import PutDown, plan_put_down, standing_at
 from surefetch.executor.situation import LID, Situation, Workcell, surroundings
 from surefetch.executor.steps import Step
@@ -66,10 +66,14 @@ def plan_lid_removal(
     if now.holding is not None:
         raise Infeasible("access", f"the hand still holds {now.holding.name}")
     without = surroundings(workcell, now, lid=False)
+    scenes = Scenes(around, without)
     refusals: list[Infeasible] = []
     for way in _ways(workcell, container, container.lid.knob, without):
+        pick, refused = plan_pick(workcell, now, [way], scenes, rng)
+        refusals += refused
+        if pick is None:
+            continue
         try:
-            pick = plan_pick(workcell, now, way, around, without, rng)
             return LidRemoval(pick, _set_down(workcell, now, pick, rng))
         except Infeasible as refusal:
             refusals.append(refusal)

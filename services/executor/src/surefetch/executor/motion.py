@@ -73,9 +73,9 @@ class MotionPlanner:
         goals_rad: Array,
         scene: CollisionScene,
         tool: Tool,
-        rng: np.random.Generator,
+        rng: np.random.Generator | None,
     ) -> Trajectory:
-        """A trajectory to the best of the goals (k, 6).
+        """A trajectory to the best of the goals (k, 6); a straight joint move without a generator.
 
         Raises:
             Infeasible: collision or limits at the start or at every goal; path when none is found.

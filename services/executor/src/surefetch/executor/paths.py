@@ -91,8 +91,12 @@ def densify(waypoints: Array, step_m: float = STEP_M) -> Array:
     return np.concatenate(pieces)
 
 
-def find_path(start_rad: Array, goals_rad: Array, room: Room, rng: np.random.Generator) -> Array:
+def find_path(
+    start_rad: Array, goals_rad: Array, room: Room, rng: np.random.Generator | None
+) -> Array:
     """Waypoints (m, 6) from the start to one of the goals (k, 6), the nearest good one first.
+
+    Without a generator only straight joint moves are tried.
 
     Raises:
         Infeasible: collision or limits when the start or every goal is not allowed; path when no
@@ -105,6 +109,8 @@ def find_path(start_rad: Array, goals_rad: Array, room: Room, rng: np.random.Gen
     for goal in goals:
         if room.edge_free(start_rad, goal):
             return np.stack([start_rad, goal])
+    if rng is None:
+        raise Infeasible("path", f"no straight joint move to {len(goals)} configurations is free")
     for margin_rad, budget in RRT_ROUNDS:
         found = _connect(start_rad, goals, room, margin_rad, budget, rng)
         if found is not None:

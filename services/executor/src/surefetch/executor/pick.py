@@ -3,13 +3,13 @@
 The way that is found keeps one branch of the arm from the approach's end to the lift's.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from surefetch.common.geometry import Array, inverse, rigid
-from surefetch.executor import kinematics, ur10e
+from surefetch.executor import kinematics
 from surefetch.executor.collision import HELD, TABLE, CollisionScene, Held
 from surefetch.executor.infeasible import Infeasible
 from surefetch.executor.motion import Tool
@@ -25,6 +25,8 @@ from surefetch.executor.steps import Step, line, raised
 
 FIRST_LIFT_M = 0.05
 """After this the width is measured again."""
+SEARCHED = 2
+"""Ways for which a path is searched; where these have none, the others will have none either."""
 LOWER_LIFTS = (1.0, 0.6)
 """Shares of the wished height that are tried, where the arm cannot reach higher."""
 STAGES = {"estimate": 0, "aperture": 1, "access": 2, "reach": 3, "limits": 4, "collision": 5}
@@ -73,36 +75,72 @@ def farthest(refusals: list[Infeasible]) -> Infeasible:
     return max(refusals, key=lambda refusal: STAGES.get(refusal.refusal, len(STAGES)))
 
 
+@dataclass(frozen=True, eq=False)
+class Scenes:
+    """What may not be touched: everything, and everything but the thing to take."""
+
+    around: CollisionScene
+    without: CollisionScene
+
+
 def plan_pick(
     workcell: Workcell,
     now: Situation,
-    way: Way,
-    around: CollisionScene,
-    without: CollisionScene,
+    ways: Sequence[Way],
+    scenes: Scenes,
     rng: np.random.Generator,
-) -> Pick:
-    """The motions of one way, in the first of the arm's branches that has them all.
+) -> tuple[Pick | None, list[Infeasible]]:
+    """The first of the ways that can be gone, and why those before it cannot.
 
-    Args:
-        workcell: The arm.
-        now: Where it stands.
-        way: What to do.
-        around: Everything, the thing to take included.
-        without: Everything but the thing to take.
-        rng: For the path planner.
-
-    Raises:
-        Infeasible: the refusal of the branch that came farthest.
+    First with a straight joint move to where the approach begins, in the nearest of the arm's
+    branches that has one; where no way has that, the first ones whose rest is free get a path
+    search.
     """
     refusals: list[Infeasible] = []
-    for q_pre in _before_it(way, now.q_rad):
+    no_straight_move: list[Way] = []
+    for way in ways:
         try:
-            return _in_branch(workcell, now, way, q_pre, around, without, rng)
+            return _directly(workcell, now, way, scenes), refusals
         except Infeasible as refusal:
             refusals.append(refusal)
             if refusal.refusal == "path":
-                break
+                no_straight_move.append(way)
+    for way in no_straight_move[:SEARCHED]:
+        try:
+            return _by_search(workcell, now, way, scenes, rng), refusals
+        except Infeasible as refusal:
+            refusals[ways.index(way)] = refusal
+    return None, refusals
+
+
+def _directly(workcell: Workcell, now: Situation, way: Way, scenes: Scenes) -> Pick:
+    refusals: list[Infeasible] = []
+    for q_pre in _before_it(way, now.q_rad):
+        try:
+            approach = _approach(workcell, now, way, q_pre[None], scenes, None)
+            return _pick(way, approach, _taking(workcell, way, q_pre, scenes))
+        except Infeasible as refusal:
+            refusals.append(refusal)
     raise farthest(refusals)
+
+
+def _by_search(
+    workcell: Workcell, now: Situation, way: Way, scenes: Scenes, rng: np.random.Generator
+) -> Pick:
+    """A path to whichever branch can be reached, of those in which the rest is free."""
+    takings: list[_Taking] = []
+    refusals: list[Infeasible] = []
+    for q_pre in _before_it(way, now.q_rad):
+        try:
+            takings.append(_taking(workcell, way, q_pre, scenes))
+        except Infeasible as refusal:
+            refusals.append(refusal)
+    if not takings:
+        raise farthest(refusals)
+    starts = np.array([taking.descend.start_rad for taking in takings])
+    approach = _approach(workcell, now, way, starts, scenes, rng)
+    reached = np.abs(starts - approach.end_rad).max(axis=1).argmin()
+    return _pick(way, approach, takings[reached])
 
 
 def _before_it(way: Way, near_rad: Array) -> Iterator[Array]:
@@ -115,19 +153,40 @@ def _before_it(way: Way, near_rad: Array) -> Iterator[Array]:
             yield q
 
 
-def _in_branch(
+def _approach(
     workcell: Workcell,
     now: Situation,
     way: Way,
-    q_pre: Array,
-    around: CollisionScene,
-    without: CollisionScene,
-    rng: np.random.Generator,
-) -> Pick:
-    motion = workcell.motion
-    open_hand = Tool(way.open_width_m, careful=False)
-    near = around.allowing([pair for thing in way.touched for pair in fingers_touching(thing)])
-    descend = line(motion, "descend", q_pre, way.T_world_flange, near, open_hand, slow_end=True)
+    goals_rad: Array,
+    scenes: Scenes,
+    rng: np.random.Generator | None,
+) -> Step:
+    tool = Tool(way.open_width_m)
+    to_it = workcell.motion.to_joints(now.q_rad, goals_rad, scenes.around, tool, rng)
+    return Step("approach", to_it, tool, scenes.around)
+
+
+@dataclass(frozen=True, eq=False)
+class _Taking:
+    """The motions after the approach, in one branch."""
+
+    descend: Step
+    lift: Step
+    lift_on: Step
+    holding: Holding
+
+
+def _pick(way: Way, approach: Step, rest: _Taking) -> Pick:
+    return Pick(way, approach, rest.descend, rest.lift, rest.lift_on, rest.holding)
+
+
+def _taking(workcell: Workcell, way: Way, q_pre: Array, scenes: Scenes) -> _Taking:
+    """Down, shut and up from one configuration; the hand alone may touch the thing."""
+    tool = Tool(way.open_width_m)
+    near = scenes.around.allowing(
+        [pair for thing in way.touched for pair in fingers_touching(thing)]
+    )
+    descend = line(workcell.motion, "descend", q_pre, way.T_world_flange, near, tool, slow_end=True)
     shut = near.in_collision(descend.end_rad, way.object_width_m)
     if shut is not None:
         raise Infeasible("collision", f"the closing {shut[0]} would touch the {shut[1]}")
@@ -138,10 +197,8 @@ def _in_branch(
         way.object_width_m,
         way.T_world_flange,
     )
-    lift, lift_on = _lift(workcell, way, descend.end_rad, without, holding)
-    to_it = motion.to_joints(now.q_rad, q_pre, around, open_hand, rng)
-    approach = Step("approach", to_it, open_hand, around)
-    return Pick(way, approach, descend, lift, lift_on, holding)
+    lift, lift_on = _lift(workcell, way, descend.end_rad, scenes.without, holding)
+    return _Taking(descend, lift, lift_on, holding)
 
 
 def _lift(
@@ -167,8 +224,3 @@ def _lift(
 def opening_m(workcell: Workcell, width_m: float, room_m: float) -> float:
     """A finger opening this much wider than a thing, as far as the hand opens."""
     return min(width_m + room_m, workcell.hand.width_max_m)
-
-
-def tip_z_m(T_world_flange: Array, width_m: float) -> float:
-    """Height of the fingertips when the flange is at a pose."""
-    return float((T_world_flange @ ur10e.tcp(width_m))[2, 3])

@@ -104,7 +104,10 @@ def _to_place(
     assert now.holding is not None
     hand = now.tool()
     down = around.allowing([(HELD, TABLE)])
-    if where_it_was:
+    if not where_it_was:
+        place = T_world_flange @ ur10e.tcp(hand.width_m)
+        workcell.motion.configurations(place, now.q_rad, down, hand)
+    else:
         q = kinematics.solutions(T_world_flange, now.q_rad)[0]
         down = allowing_contacts(down, q, hand.width_m)
     carry = _carry(workcell, now, T_world_flange, around, rng)

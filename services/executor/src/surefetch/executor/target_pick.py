@@ -11,7 +11,7 @@ from surefetch.executor.grasp_cloud import grasp_cloud
 from surefetch.executor.grasps import GraspPose, NoGrasp
 from surefetch.executor.infeasible import Infeasible
 from surefetch.executor.obstacles import NamedBox
-from surefetch.executor.pick import Pick, Way, farthest, plan_pick
+from surefetch.executor.pick import Pick, Scenes, Way, farthest, plan_pick
 from surefetch.executor.situation import (
     Situation,
     Workcell,
@@ -27,8 +27,6 @@ ABOVE_M = 0.03
 LIFT_M = 0.12
 LIFT_OVER_M = 0.08
 """Over the container's rim"""
-PATHS_TRIED = 2
-"""Grasps whose approach has no free path; with so many, the others will have none either."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,17 +64,14 @@ def plan_target(
     except Infeasible as refusal:
         return None, Tried({refusal.refusal: 1}, refusal)
     without = surroundings(workcell, now, without_track=track_id)
-    refusals: list[Infeasible] = []
-    for pose in poses:
-        way = _way(now.estimate, pose, track_id, solid)
-        try:
-            pick = plan_pick(workcell, now, way, around, without, rng)
-            return pick, Tried(_counts(refusals), None)
-        except Infeasible as refusal:
-            refusals.append(refusal)
-        if _counts(refusals).get("path", 0) >= PATHS_TRIED:
-            break
-    return None, Tried(_counts(refusals), _summed_up(refusals))
+    ways = [_way(now.estimate, pose, track_id, solid) for pose in poses]
+    pick, refusals = plan_pick(workcell, now, ways, Scenes(around, without), rng)
+    counts = dict(Counter(str(refusal.refusal) for refusal in refusals))
+    if pick is not None:
+        return pick, Tried(counts, None)
+    best = farthest(refusals)
+    why = f"none of {len(refusals)} grasps can be done: {best.why}"
+    return None, Tried(counts, Infeasible(best.refusal, why))
 
 
 def _check_access(now: Situation, track: Track) -> None:
@@ -108,12 +103,3 @@ def _way(estimate: Estimate, pose: GraspPose, track: int, solid: NamedBox) -> Wa
         track=track,
         touched=(solid.name,),
     )
-
-
-def _counts(refusals: list[Infeasible]) -> dict[str, int]:
-    return dict(Counter(str(refusal.refusal) for refusal in refusals))
-
-
-def _summed_up(refusals: list[Infeasible]) -> Infeasible:
-    best = farthest(refusals)
-    return Infeasible(best.refusal, f"none of {len(refusals)} grasps can be done: {best.why}")
