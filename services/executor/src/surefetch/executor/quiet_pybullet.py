@@ -1,6 +1,5 @@
-"""PyBullet, imported in silence: it greets on stdout, where a command's JSON belongs."""
+"""PyBullet, imported in silence: it greets on stderr, which people read. The only import of it."""
 
-import ctypes
 import os
 import sys
 from collections.abc import Iterator
@@ -8,23 +7,20 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def silent_stdout() -> Iterator[None]:
-    """What C code prints in the block is dropped."""
-    sys.stdout.flush()
-    buffers = ctypes.CDLL(None)
-    kept = os.dup(1)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
+def silent_stderr() -> Iterator[None]:
+    """What C code writes to stderr in the block is dropped."""
+    sys.stderr.flush()
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
     try:
         yield
     finally:
-        buffers.fflush(None)
-        os.dup2(kept, 1)
+        os.dup2(kept, 2)
         os.close(nowhere)
         os.close(kept)
 
 
-with silent_stdout():
+with silent_stderr():
     import pybullet
 
 __all__ = ["pybullet"]
