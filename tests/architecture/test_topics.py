@@ -29,7 +29,7 @@ EVERY_STREAM = pytest.mark.parametrize("stream", STREAMS, ids=[one.name for one 
 
 
 def test_every_topic_and_stream_has_a_name_of_its_own() -> None:
-    names = [one.name for one in (*TOPICS, *STREAMS)]
+    names = [topic.name for topic in TOPICS] + [stream.name for stream in STREAMS]
     assert len(names) == len(set(names))
 
 

@@ -116,6 +116,8 @@ def read_cell(path: Path) -> Cell:
         return parse_cell(path.read_text(encoding="utf-8"), str(path))
     except OSError as error:
         raise BadInput(f"cell file {path} cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise BadInput(f"cell file {path} is no text: {error}") from None
 
 
 def simulated_cell() -> Cell:

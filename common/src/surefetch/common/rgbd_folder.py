@@ -135,19 +135,20 @@ def _pose(path: Path, rows: object) -> NDArray[np.float64] | None:
 
 
 def _load(path: Path) -> Image.Image:
+    """The picture, read to its end."""
     try:
-        image = Image.open(path)
-        if image.size[0] * image.size[1] > MAX_PIXELS:
-            raise BadInput(
-                f"{path} has {image.size[0]} x {image.size[1]} pixels; "
-                f"at most {MAX_PIXELS} are read."
-            )
-        image.load()
+        with Image.open(path) as image:
+            if image.size[0] * image.size[1] > MAX_PIXELS:
+                raise BadInput(
+                    f"{path} has {image.size[0]} x {image.size[1]} pixels; "
+                    f"at most {MAX_PIXELS} are read."
+                )
+            image.load()
+            return image
     except BadInput:
         raise
     except Exception as error:  # a broken file makes Pillow raise errors of many kinds
         raise BadInput(f"{path} is no readable picture (truncated?): {error}") from None
-    return image
 
 
 def _check_size(path: Path, image: Image.Image, size: tuple[int, int]) -> None:
