@@ -73,12 +73,12 @@ def decisions(journal: Journal) -> list[Redone]:
     Raises:
         BadInput: it is no planner's journal, or one without an episode.
     """
-    redone = [one for recorded in _episodes(journal) for one in _redo(recorded)]
-    if not redone:
+    episodes = list(_episodes(journal))
+    if not episodes:
         raise BadInput(
-            f"the journal of {journal.header.service} holds no decision; the planner's does"
+            f"the journal of {journal.header.service} holds no episode; the planner's does"
         )
-    return redone
+    return [one for recorded in episodes for one in _redo(recorded)]
 
 
 @dataclass(frozen=True, eq=False)
