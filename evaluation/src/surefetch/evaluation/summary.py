@@ -51,7 +51,7 @@ def summarize(
         "delivered": ended.delivered,
         "track": ended.track,
         "relation": ended.relation,
-        "actions": [_untagged(action) for action in ended.actions],
+        "actions": actions(ended),
         "steps": [_step(step) for step in ended.steps],
         "q_hat": _number(ended.q_hat),
         "durations": {**ended.durations, "total": wall_s},
@@ -82,6 +82,11 @@ def cut_short(
         q_hat=math.inf,
         durations={},
     )
+
+
+def actions(ended: Ended) -> list[dict[str, Any]]:
+    """What the arm did, in plain values."""
+    return [_untagged(action) for action in ended.actions]
 
 
 def exit_code(outcome: str) -> int:
