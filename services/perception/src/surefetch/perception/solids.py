@@ -24,8 +24,10 @@ N_POINTS: Final = 160
 N_OUTLINE: Final = 48
 BALL_FLAT_M: Final = 0.002
 """Balls are flattened by this where they stand."""
-_CLIP: Final = 3.0
-_ITERATIONS: Final = 8
+_CLIPS: Final = (15.0,) * 6 + (3.0,) * 5
+"""Per iteration: residuals count up to this many standard deviations; at first a start that is off
+must still see where to go."""
+_CLIP: Final = _CLIPS[-1]
 _STEP: Final = 1e-4
 _CIRCLE: Final = np.arange(24) * (2 * np.pi / 24)
 _HEXAGON: Final = np.arange(6) * (np.pi / 3) + np.pi / 6
@@ -110,17 +112,15 @@ def _fit_kind(kind: Kind, objects: Sequence[Seen], view: View) -> list[Solid]:
     params = np.concatenate(starts)
     damping = np.full(len(params), 1e-2)
     residuals = _residuals(kind, params, batch, view)
-    cost = _cost(residuals)
-    for _ in range(_ITERATIONS):
-        step = _gauss_newton(kind, params, residuals, damping, batch, view)
+    for clip in _CLIPS:
+        step = _gauss_newton(kind, params, residuals, damping, clip, batch, view)
         tried = params + step
         new_residuals = _residuals(kind, tried, batch, view)
-        new_cost = _cost(new_residuals)
-        better = new_cost < cost
+        better = _cost(new_residuals, clip) < _cost(residuals, clip)
         params = np.where(better[:, None], tried, params)
         residuals = np.where(better[:, None], new_residuals, residuals)
-        cost = np.where(better, new_cost, cost)
         damping = np.where(better, damping * 0.3, damping * 10.0)
+    cost = _cost(residuals, _CLIP)
     best = cost.reshape(len(objects), n_starts).argmin(1) + n_starts * np.arange(len(objects))
     return [
         _solid(kind, params[i], seen.base_m, float(np.sqrt(cost[i])))
@@ -162,13 +162,19 @@ def _starts(kind: Kind, seen: Seen) -> Array:
     return np.array([[x, y, yaw, width, top] for yaw in turns])
 
 
-def _cost(residuals: Array) -> Array:
-    clipped: Array = np.minimum(residuals**2, _CLIP**2).mean(1)
+def _cost(residuals: Array, clip: float) -> Array:
+    clipped: Array = np.minimum(residuals**2, clip**2).mean(1)
     return clipped
 
 
 def _gauss_newton(
-    kind: Kind, params: Array, residuals: Array, damping: Array, batch: _Batch, view: View
+    kind: Kind,
+    params: Array,
+    residuals: Array,
+    damping: Array,
+    clip: float,
+    batch: _Batch,
+    view: View,
 ) -> Array:
     b, p = params.shape
     J = np.empty((b, residuals.shape[1], p))
@@ -176,8 +182,8 @@ def _gauss_newton(
         moved = params.copy()
         moved[:, j] += _STEP
         J[:, :, j] = (_residuals(kind, moved, batch, view) - residuals) / _STEP
-    weights = 1.0 / np.maximum(1.0, np.abs(residuals)) ** 2
-    weights = np.where(np.abs(residuals) > 2 * _CLIP, 0.02 * weights, weights)
+    weights = 1.0 / np.maximum(clip / _CLIP, np.abs(residuals)) ** 2
+    weights = np.where(np.abs(residuals) > 2 * clip, 0.02 * weights, weights)
     JW = J * weights[:, :, None]
     A = np.einsum("bnp,bnq->bpq", JW, J)
     g = np.einsum("bnp,bn->bp", JW, residuals)
