@@ -313,7 +313,7 @@ def test_an_infeasible_grasp_is_not_tried() -> None:
     with scripted_cell(table := Table(CLEAR, infeasible=frozenset({"grasp"}))) as cell:
         ended = cell.fetch()
     assert ended.outcome == "deferred"
-    assert "cannot be grasped: aperture, too wide" in ended.because
+    assert "but it cannot be: aperture, too wide" in ended.because
     assert "grasp" not in done(table)
 
 

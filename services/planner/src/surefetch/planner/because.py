@@ -35,11 +35,7 @@ def name(hypothesis: str) -> str:
 
 
 def _looking(errand: Errand, now: Situation, solution: Solution, chosen: QValue) -> str:
-    best = min((q.value for q in solution.q_values if q.track is not None), default=None)
-    if best is not None:
-        why = f"a grasp would cost {best:.3f}"
-    else:
-        why = _and(_open_questions(errand, now, solution))
+    why = _and(_open_questions(errand, now, solution))
     return f"It is not sure enough yet: {why}; {chosen.action} costs least ({chosen.value:.3f})."
 
 
@@ -50,7 +46,7 @@ def _open_questions(errand: Errand, now: Situation, solution: Solution) -> list[
         rivals = [f"{name(z)} ({_p(now, z)})" for z in allowed]
         return [f"{_and(rivals)} are still rivals", *_beside(now, solution)]
     if allowed:
-        return [*_held_back(errand, now, allowed[0]), *_beside(now, solution)]
+        return [_held_back(errand, now, solution, allowed[0]), *_beside(now, solution)]
     if not now.believed.tracks:
         return ["nothing was detected", *_beside(now, solution)]
     return ["no object seen so far is likely enough", *_beside(now, solution)]
@@ -64,17 +60,19 @@ def _beside(now: Situation, solution: Solution) -> Iterable[str]:
         yield f"it may be absent ({_p(now, ABS)})"
 
 
-def _held_back(errand: Errand, now: Situation, hypothesis: str) -> Iterable[str]:
+def _held_back(errand: Errand, now: Situation, solution: Solution, hypothesis: str) -> str:
     """Why the one hypothesis that is left is not grasped."""
     track, _ = parse_tracked(hypothesis) or (0, "")
     verdict = next((v for v in now.feasibility.grasps if v.track == track), None)
-    told = f"{name(hypothesis)} is the only one left ({_p(now, hypothesis)})"
+    cost = next((q.value for q in solution.q_values if q.track == track), None)
+    told = f"{name(hypothesis)} is the only one left that could be grasped ({_p(now, hypothesis)})"
+    if cost is not None:
+        return f"{told}, at a cost of {cost:.3f}"
     if verdict is not None and not verdict.feasible:
-        yield f"{told}, but it cannot be grasped: {verdict.refusal}, {verdict.why}".rstrip(", ")
-    elif verdict is None and now.cover == "covered":
-        yield f"{told}, but the {errand.target.container} is covered"
-    else:
-        yield f"{told}, but it is not its track's likelier place, or its track is none of the first"
+        return f"{told}, but it cannot be: {verdict.refusal}, {verdict.why}".rstrip(", ")
+    if verdict is None and now.cover == "covered":
+        return f"{told}, but the {errand.target.container} is covered"
+    return f"{told}, but it is not the likelier place of its track, or other tracks are likelier"
 
 
 def _unseen(errand: Errand, now: Situation) -> Iterable[str]:

@@ -1,7 +1,6 @@
 """The ways in which an episode ends, in words. Pure."""
 
 from collections.abc import Collection, Iterable
-from typing import Final
 
 from surefetch.common.cell import Cell
 from surefetch.common.errors import NoAnswer, PeerMissing, Refused, SurefetchError
@@ -9,9 +8,6 @@ from surefetch.common.hypotheses import ABS
 from surefetch.common.messages import Grasp
 from surefetch.planner.account import End
 from surefetch.planner.situation import Situation
-
-STOPPED_REASONS: Final = frozenset({"STOPPED", "HALTED"})
-"""With which an executor that was stopped refuses."""
 
 
 def deferred(now: Situation, because: str) -> End:
@@ -60,15 +56,13 @@ def grasped(grasp: Grasp, told: str, after: str, delivered: bool | None) -> End:
 
 
 def cut_short(error: SurefetchError) -> End:
-    """Infrastructure failed, or the robot was stopped; never a defer."""
+    """Infrastructure failed; never a defer."""
     told = " ".join(str(error).split())
     match error:
         case PeerMissing(service=service):
             return End("aborted", f"{service}_died", told)
         case NoAnswer(service=service):
             return End("aborted", f"{service}_silent", told)
-        case Refused(reason=reason) if reason in STOPPED_REASONS:
-            return stopped(told)
         case Refused():
             return End("aborted", "refused", told)
         case _:
