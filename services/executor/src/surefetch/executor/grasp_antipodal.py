@@ -36,6 +36,10 @@ PAD_OVERLAP_MIN_M = 0.008
 LIFTED_SHARE = 0.35
 LIFTED_M = 0.015
 """Tips stop this share of the height above the support, at most so high: low, not scraping."""
+NEAR_M, FAR_M = 0.14, 0.28
+"""Fingers and palm come so near, the camera so far, from the middle of the object"""
+HIGH_M = 0.02
+"""The camera is farther above the fingertips than this, leaning included."""
 PLACES = np.linspace(-0.5, 0.5, 7)
 KEPT = 24
 APART_RAD = float(np.radians(12.0))
@@ -89,7 +93,8 @@ class AntipodalProposer:
         if not fits.any():
             raise NoGrasp("aperture", _too_wide(thought, hand), tried)
         grasps = thought[fits]
-        deepest, highest = _depth_limits(target, grasps, points_world_m[~mask], hand)
+        others = _in_reach(target, points_world_m[~mask])
+        deepest, highest = _depth_limits(target, grasps, others, hand)
         room = (deepest >= highest).sum(axis=0)
         tried["access"] = int((room == 0).sum())
         if not room.any():
@@ -107,6 +112,14 @@ def _target(own: Array) -> _Target:
     low, top = (float(v) for v in np.quantile(own[:, 2], [0.01, 0.99]))
     low = max(low, 0.0)
     return _Target(footprint_of(own[:, :2]), low, max(top - low, 1e-3))
+
+
+def _in_reach(target: _Target, others: Array) -> Array:
+    """The points that the hand could meet: near ones, and farther ones as high as the camera."""
+    off = np.linalg.norm(others[:, :2] - target.footprint.center_m, axis=1)
+    high = others[:, 2] > target.low_m + HIGH_M
+    reached: Array = others[(off < NEAR_M) | (high & (off < FAR_M))]
+    return reached
 
 
 def _thought_of(target: _Target, hand: Hand) -> _Grasps:

@@ -15,16 +15,25 @@ NEAR_M = 0.30
 """Nothing farther from the object can touch the hand."""
 BEYOND_SOLID_M = 0.006
 """Points this far outside the perceived solid are no part of the object."""
-_RING = 2.0 * np.pi * np.arange(48) / 48
+CORNER_POINTS_MIN = 60
+CORNER_FROM = 0.8
+CORNER_SHARE = 0.01
+"""Of the points seen from above, a full rectangle has 4 percent beyond 0.8 of both half lengths; a
+disc, an ellipse and a hexagon have none."""
+LEVELS = 5
+_ANGLES = 2.0 * np.pi * np.arange(48) / 48
+_ROUND = 0.5 * np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+_SQUARE = _ROUND / (2.0 * np.abs(_ROUND).max(axis=1, keepdims=True))
 _CORNERS = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5]), axis=-1).reshape(-1, 3)
 
 
 def grasp_cloud(estimate: Estimate, track: Track) -> tuple[Array, NDArray[np.bool_]]:
     """Everything around a track as points (n, 3) in the world, and which of them are the track's.
 
-    The track's own: what was seen of it, the same turned by 180 degrees about the axis of its
-    solid (a single view sees only the near side, and upright objects look alike from behind), and
-    the round column inside its solid. The rest: the faces of all that collision checks avoid.
+    The track's own: what was seen of it; the same turned by 180 degrees about the axis of its
+    solid, since a single view sees only the near side and upright objects look alike from behind;
+    and the sides of its solid, of the box, or of the round column in it where no corners were
+    seen. The rest: the faces of all that collision checks avoid.
     """
     own = _completed(track)
     center = own.mean(axis=0)
@@ -44,14 +53,24 @@ def _completed(track: Track) -> Array:
     local = transform(inverse(box.T_world_box), seen)
     local = local[(np.abs(local) < box.size_m / 2.0 + BEYOND_SOLID_M).all(axis=1)]
     turned = local * [-1.0, -1.0, 1.0]
-    return transform(box.T_world_box, np.concatenate([local, turned, _column(box.size_m)]))
+    column = _column(_SQUARE if _has_corners(local[:, :2]) else _ROUND, box.size_m)
+    return transform(box.T_world_box, np.concatenate([local, turned, column]))
 
 
-def _column(size_m: Array) -> Array:
-    """The elliptic column inside a box (n, 3): inside every upright shape but a ball."""
-    ring = np.column_stack([np.cos(_RING), np.sin(_RING)]) * size_m[:2] / 2.0
-    levels = np.linspace(-0.5, 0.5, 5) * size_m[2]
-    return np.concatenate([np.column_stack([ring, np.full(len(ring), z)]) for z in levels])
+def _has_corners(seen_m: Array) -> bool:
+    """Whether points (n, 2) fill the corners of their own extents, as no round body's do."""
+    if len(seen_m) < CORNER_POINTS_MIN:
+        return True
+    low, high = np.quantile(seen_m, [0.02, 0.98], axis=0)
+    off = np.abs(seen_m - (low + high) / 2.0) / np.maximum((high - low) / 2.0, 1e-6)
+    return bool((off > CORNER_FROM).all(axis=1).mean() > CORNER_SHARE)
+
+
+def _column(outline: Array, size_m: Array) -> Array:
+    """The sides (n, 3) of a column inside a box, of an outline (m, 2) in units of its sizes."""
+    flat = outline * size_m[:2]
+    levels = np.linspace(-0.5, 0.5, LEVELS) * size_m[2]
+    return np.concatenate([np.column_stack([flat, np.full(len(flat), z)]) for z in levels])
 
 
 def _surroundings(estimate: Estimate, track: Track) -> Array:
