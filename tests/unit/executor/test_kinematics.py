@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -94,3 +94,17 @@ def test_fingertips_draw_back_as_they_open() -> None:
     drawn = ur10e.retraction_m(np.array([0.0, 0.04, 0.08, 0.12, 0.16]))
     assert drawn == pytest.approx([0.0, 0.0007, 0.0066, 0.0194, 0.0461], abs=1e-4)
     assert ur10e.tcp(0.10)[2, 3] < ur10e.tcp(0.04)[2, 3]
+
+
+@settings(deadline=None)
+@given(JOINTS, arrays(np.float64, 6, elements=st.floats(-0.05, 0.05)))
+def test_the_nearest_configuration_is_the_first_of_all(q: Array, off: Array) -> None:
+    q = 0.9 * q
+    assume(clear_of_singularities(q))
+    T, near = ur10e.flange(q), q + off
+    first = kinematics.solutions(T, near)[0]
+    found = kinematics.nearest(T, near)
+    assert kinematics.effort_s(found, near) == pytest.approx(
+        kinematics.effort_s(first, near), abs=1e-9
+    )
+    assert kinematics.residuals(found[None], T)[0][0] < 1e-4

@@ -176,6 +176,23 @@ def solutions(
     return ordered
 
 
+def nearest(T_world_flange: Array, near_rad: Array, margin_rad: float = LIMIT_MARGIN_RAD) -> Array:
+    """The configuration (6,) of a pose nearest to `near` (6,), of the turns nearest to it.
+
+    The same as the first of `solutions` wherever that is less than half a turn away, and faster.
+
+    Raises:
+        Infeasible: reach, or limits.
+    """
+    found = solve(T_world_flange)
+    turned = found + 2.0 * np.pi * np.round((near_rad - found) / (2.0 * np.pi))
+    inside = turned[(np.abs(turned) <= ur10e.Q_MAX_RAD - margin_rad).all(axis=1)]
+    if not len(inside):
+        raise Infeasible("limits", "the configurations that reach the pose are past a joint limit")
+    q: Array = inside[effort_s(inside, near_rad).argmin()]
+    return q
+
+
 def singularity(q_rad: Array) -> Singularity:
     """Distance of a configuration (6,) from singularities."""
     T = ur10e.flange(q_rad)

@@ -61,10 +61,13 @@ class MotionPlanner:
         T_world_flange = T_world_tcp @ inverse(ur10e.tcp(tool.width_m))
         room = Room(self._cell, scene, tool.width_m)
         found = kinematics.solutions(T_world_flange, near_rad)
-        refusals = [room.refusal(q[None]) for q in found]
-        allowed = found[[refusal is None for refusal in refusals]]
+        by_branch: dict[bytes, Infeasible | None] = {}
+        for q in found:
+            if (branch := _branch(q)) not in by_branch:
+                by_branch[branch] = room.refusal(q[None])
+        allowed = found[[by_branch[_branch(q)] is None for q in found]]
         if not len(allowed):
-            raise next(refusal for refusal in refusals if refusal is not None)
+            raise next(refusal for refusal in by_branch.values() if refusal is not None)
         return allowed
 
     def to_joints(
@@ -196,6 +199,11 @@ class MotionPlanner:
         speeds = self._cell.speeds
         low = tcp_positions(path, tool.width_m)[:, 2] < NEAR_TABLE_M
         return np.where(low | tool.careful, speeds.tcp_near_m_s, speeds.tcp_free_m_s)
+
+
+def _branch(q_rad: Array) -> bytes:
+    """The same for configurations (6,) that differ by whole turns only."""
+    return np.round(np.concatenate([np.sin(q_rad), np.cos(q_rad)]) + 0.0, 6).tobytes()
 
 
 def joined(parts: Sequence[Trajectory]) -> Trajectory:

@@ -270,7 +270,7 @@ def follow_line(start_rad: Array, T_world_flange_goal: Array) -> Array:
     """
     path = [start_rad]
     for T in _poses_between(ur10e.flange(start_rad), T_world_flange_goal):
-        q = kinematics.solutions(T, path[-1])[0]
+        q = kinematics.nearest(T, path[-1])
         if np.abs(q - path[-1]).max() > BRANCH_JUMP_RAD:
             raise Infeasible("path", "a straight line would change the arm's branch on the way")
         path.append(q)
@@ -283,7 +283,7 @@ def _poses_between(T_a: Array, T_b: Array) -> Iterator[Array]:
     angle = float((turn[0].inv() * turn[1]).magnitude())
     length = float(np.linalg.norm(T_b[:3, 3] - T_a[:3, 3]))
     n = max(int(np.ceil(max(length / LINE_STEP_M, angle / LINE_STEP_RAD))), 1)
-    between = Slerp([0.0, 1.0], turn)
-    for part in np.arange(1, n + 1) / n:
-        t = T_a[:3, 3] + (T_b[:3, 3] - T_a[:3, 3]) * part
-        yield rigid(between(part).as_matrix(), t)
+    parts = np.arange(1, n + 1) / n
+    turned = Slerp([0.0, 1.0], turn)(parts).as_matrix()
+    for part, R in zip(parts, turned, strict=True):
+        yield rigid(R, T_a[:3, 3] + (T_b[:3, 3] - T_a[:3, 3]) * part)
