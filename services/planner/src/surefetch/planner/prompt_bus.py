@@ -44,6 +44,7 @@ class PromptBus:
                 self._changed.notify_all()
 
     def ask(self, topic: Topic[Q, R], request: Q, *, timeout_s: float) -> R:
+        self._check_all_there(topic)
         answer: Future[R] = Future()
         answer.add_done_callback(self._notify)
         threading.Thread(
@@ -54,10 +55,9 @@ class PromptBus:
         ).start()
         with self._changed:
             self._changed.wait_for(lambda: answer.done() or self._gone is not None)
-            gone = self._gone
-        if answer.done() or gone is None:
-            return answer.result()
-        raise PeerMissing(gone, f"{gone} died while {topic.service} was asked for {topic.name}.")
+        if not answer.done():
+            self._check_all_there(topic)
+        return answer.result()
 
     def publish(self, stream: Stream[Q], message: Q) -> None:
         self._bus.publish(stream, message)
@@ -67,6 +67,12 @@ class PromptBus:
 
     def alive(self) -> frozenset[str]:
         return self._bus.alive()
+
+    def _check_all_there(self, topic: Topic[Q, R]) -> None:
+        with self._changed:
+            gone = self._gone
+        if gone is not None:
+            raise PeerMissing(gone, f"{gone} died; {topic.name} is not asked any further.")
 
     def _notify(self, _: object) -> None:
         with self._changed:
