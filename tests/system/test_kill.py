@@ -1,0 +1,65 @@
+"""A service that is killed in mid-episode ends the run soon, by name, with the arm at rest."""
+
+import json
+import os
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from run_process import SERVICES, RunProcess, is_there
+
+from surefetch.common.journal import read_journal
+from surefetch.common.messages import Outcome, Stopped
+from surefetch.common.topics import EXECUTE, STOP
+from surefetch.evaluation.observed_journal import read_observed
+
+pytestmark = pytest.mark.system
+
+END_S = 5.0
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Iterator[RunProcess]:
+    """An episode at the pace of a real arm, so that it can be killed in mid-motion."""
+    words = ["run", "--scene", "covered:1", "--real-time", "--out", "out"]
+    process = RunProcess(words, tmp_path)
+    yield process
+    process.end()
+
+
+@pytest.mark.parametrize("service", SERVICES)
+def test_a_killed_service_ends_the_run(service: str, run: RunProcess, tmp_path: Path) -> None:
+    run.until("understood")
+    time.sleep(0.7)  # the arm is on its way to the first view
+    pids = run.pids()
+    assert set(pids) == set(SERVICES)
+    os.kill(pids[service], signal.SIGKILL)
+    killed_s = time.monotonic()
+    assert run.wait() == 3
+    took_s = time.monotonic() - killed_s
+    assert took_s < END_S
+    assert f"{service} died in mid-episode (killed by signal 9)" in run.errors()
+    assert not any(is_there(pid) for pid in pids.values())
+    told = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert (told["outcome"], told["correct"]) == ("aborted", False)
+    assert service in told["because"]
+    assert {path.name for path in tmp_path.iterdir()} == {"out", "runtime"}
+    assert list((tmp_path / "runtime").rglob("*.json")) == []
+    journals = tmp_path / "out" / "journal"
+    assert {path.stem for path in journals.iterdir()} == {*SERVICES, "observer"}
+    assert read_observed(journals / "observer.journal").accepted is not None
+    if service != "executor":
+        assert_came_to_rest(journals / "executor.journal")
+
+
+def assert_came_to_rest(path: Path) -> None:
+    """The motion under way was stopped, and its end is in the journal."""
+    records = read_journal(path).records
+    stops = [r.message(Stopped) for r in records if (r.kind, r.topic) == ("reply", STOP.name)]
+    ends = [r.message(Outcome) for r in records if (r.kind, r.topic) == ("reply", EXECUTE.name)]
+    asked = [r for r in records if (r.kind, r.topic) == ("request", EXECUTE.name)]
+    assert [stop.was_moving for stop in stops] == [True]
+    assert len(asked) == len(ends) == 1
+    assert ends[0].status == "stopped"
