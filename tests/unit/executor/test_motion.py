@@ -175,3 +175,11 @@ def test_a_line_that_would_change_branch_is_refused() -> None:
     with pytest.raises(Infeasible) as caught:
         PLANNER.line(q, beyond @ ur10e.tcp(TOOL.width_m), BARE, TOOL)
     assert caught.value.refusal in ("reach", "path")
+
+
+@given(st.floats(1e-9, 1e-3))
+def test_however_short_a_path_is_it_is_timed_inside_its_limits(share: float) -> None:
+    path = np.stack([HOME, HOME + share, HOME + 2.0 * share])
+    motion = time_path(path, LIMITS, np.full(3, 0.1), TOOL.width_m)
+    assert motion.q_rad[-1] == pytest.approx(path[-1], abs=1e-9)
+    assert_inside_limits(motion, 0.1)

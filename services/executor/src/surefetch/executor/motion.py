@@ -203,7 +203,8 @@ class MotionPlanner:
 
 def _branch(q_rad: Array) -> bytes:
     """The same for configurations (6,) that differ by whole turns only."""
-    return np.round(np.concatenate([np.sin(q_rad), np.cos(q_rad)]) + 0.0, 6).tobytes()
+    angles: Array = np.round(np.concatenate([np.sin(q_rad), np.cos(q_rad)]), 6) + 0.0
+    return angles.tobytes()
 
 
 def joined(parts: Sequence[Trajectory]) -> Trajectory:

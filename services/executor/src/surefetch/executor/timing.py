@@ -15,12 +15,14 @@ from ruckig import Trajectory as RuckigTrajectory
 from surefetch.common.cell import Speeds
 from surefetch.common.geometry import Array
 from surefetch.executor import ur10e
-from surefetch.executor.paths import densify, tcp_positions
+from surefetch.executor.paths import LEVER_M, densify, tcp_positions
 from surefetch.executor.ports import Trajectory
 
 SAMPLE_S = 0.010
 JERK_RAD_S3 = 10.0
 PATH_STEP_M = 0.003
+PIECES_MIN = 8
+NO_MOVE_RAD = 1e-4
 BEND_SHARE = 0.5
 """Share of the joint acceleration that bends of a path may use; the rest is for its speed."""
 
@@ -84,16 +86,21 @@ def _at_rest(q: Array) -> Trajectory:
 
 def time_path(path: Array, limits: Limits, tcp_limit_m_s: Array, width_m: float) -> Trajectory:
     """A dense path (n, 6), from rest to rest, the tcp's speed limited point by point (n,)."""
-    fine = densify(path, PATH_STEP_M)
-    s = _arc(fine)
-    if s[-1] < 1e-9:
+    if _arc(path)[-1] < NO_MOVE_RAD:
         return _at_rest(path[-1])
+    fine = densify(path, min(PATH_STEP_M, _short_step_m(path)))
+    s = _arc(fine)
     tcp_limit = np.interp(s, _arc(path), tcp_limit_m_s)
     speed = _speed_law(fine, s, limits, tcp_limit, width_m)
     moments, at_s = _sampled(s, speed)
     q = np.stack([np.interp(at_s, s, joint) for joint in fine.T], axis=1)
     stretch = _excess(moments, q, limits, width_m, np.interp(at_s, s, tcp_limit))
     return Trajectory(moments * stretch, q)
+
+
+def _short_step_m(path: Array) -> float:
+    """Steps that cut the shortest path into a few pieces: it must be fast somewhere between."""
+    return float((np.abs(np.diff(path, axis=0)) * LEVER_M).sum()) / PIECES_MIN
 
 
 def _speed_law(
