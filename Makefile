@@ -1,9 +1,11 @@
-# make demo, make test and make check work from nothing but Python 3.11.
+# make install, demo, test and check work from nothing but Python 3.11.
 
 PYTHON  ?= python3.11
 VENV    := .venv
 MEMBERS := $(patsubst %/pyproject.toml,%,$(wildcard */pyproject.toml services/*/pyproject.toml))
 READY   := $(VENV)/.ready
+PIP     := $(VENV)/bin/python -m pip -qq --disable-pip-version-check
+IS_3_11 := -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null
 
 .PHONY: install demo test test-long check clean
 install: $(READY)
@@ -23,12 +25,13 @@ check: $(READY)
 	$(VENV)/bin/lint-imports
 
 $(READY): pyproject.toml constraints.txt $(MEMBERS:%=%/pyproject.toml)
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null || \
-	  { echo "surefetch needs Python 3.11 (PyBullet has no wheels for newer ones). Install it, or name it: make PYTHON=/path/to/python3.11 $(MAKECMDGOALS)" >&2; exit 2; }
-	$(PYTHON) -m venv $(VENV)
-	$(VENV)/bin/pip install --quiet --upgrade "pip>=25.1"
-	$(VENV)/bin/pip install --quiet --constraint constraints.txt --group dev $(MEMBERS:%=--editable ./%)
-	touch $@
+	@$(PYTHON) $(IS_3_11) || \
+	  { echo "surefetch needs Python 3.11 (PyBullet has no wheels for newer ones), and $(PYTHON) is not it. Install it, or name it: make PYTHON=/path/to/python3.11 $(MAKECMDGOALS)" >&2; exit 2; }
+	@echo "Installing into $(VENV) …"
+	@$(VENV)/bin/python $(IS_3_11) || $(PYTHON) -m venv --clear $(VENV)
+	@$(PIP) install --upgrade "pip>=25.1"
+	@$(PIP) install --constraint constraints.txt --group dev $(MEMBERS:%=--editable ./%)
+	@touch $@
 
 clean:
 	rm -rf $(VENV)
