@@ -200,6 +200,12 @@ def test_what_cannot_be_grasped_is_refused_and_nothing_moves() -> None:
             b.do(Deliver(place="moon"))
 
 
+def test_nothing_is_grasped_inside_while_the_lid_is_on() -> None:
+    with bench(scene(body("cube", at_m=(0.85, -0.2)), container=box(True))) as b:
+        outcome = b.do(Grasp(track=0, relation="inside"))
+    assert (outcome.status, outcome.refusal, outcome.motions) == ("refused", "access", ())
+
+
 def test_a_repeated_command_gets_its_outcome_and_moves_nothing() -> None:
     with bench(scene(body("cube"))) as b:
         command = b.command(Look(view="right"))

@@ -89,7 +89,7 @@ def _moment_of(now: Situation) -> Hashable:
     """Everything that a plan depends on, in short."""
     joints = tuple(np.round(now.q_rad, JOINTS_DIGITS).tolist())
     width = round(now.width_m, JOINTS_DIGITS)
-    return _digest(now.estimate), joints, width, id(now.memory)
+    return _digest(now.estimate), joints, width, now.memory
 
 
 def _digest(estimate: Estimate) -> bytes:

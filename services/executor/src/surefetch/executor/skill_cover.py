@@ -22,7 +22,7 @@ def remove_cover(task: Task, row: InformRow) -> str:
     plan = task.plans.lid(task.now(), task.rng)
     if isinstance(plan, Infeasible):
         raise plan
-    task.checked(*plan.pick.steps)
+    task.checked(*plan.steps)
     try:
         take(task, plan.pick)
         set_down(task, plan.put_down)

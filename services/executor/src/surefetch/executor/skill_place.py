@@ -1,5 +1,7 @@
 """Putting down what is held, gently, and knowing from widths that it was let go."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from surefetch.common.cell import Delivery
@@ -89,11 +91,11 @@ def _yaw_of(task: Task, holding: Holding) -> float:
 
 def _check_still_held(run: Execution, holding: Holding) -> None:
     now = run.devices.gripper.width_m()
-    run.check(
-        "still_held",
-        abs(now - holding.width_m) <= KEPT_WITHIN_M and run.gripped(),
-        f"{holding.name} was lost on the way: {1e3 * now:.0f} mm between the fingers",
-    )
+    kept = abs(now - holding.width_m) <= KEPT_WITHIN_M and run.gripped()
+    if not kept:
+        run.memory = replace(run.memory, holding=None)
+    why = f"{holding.name} was lost on the way: {1e3 * now:.0f} mm between the fingers"
+    run.check("still_held", kept, why)
 
 
 def _verify_empty(run: Execution) -> None:

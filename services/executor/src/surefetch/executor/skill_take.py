@@ -8,6 +8,7 @@ width is what it was within 3 mm.
 from dataclasses import replace
 
 from surefetch.common.errors import DeviceFault
+from surefetch.common.hypotheses import NEEDS_OPEN, Relation
 from surefetch.executor.execution import EMPTY_M, Execution, Failed
 from surefetch.executor.infeasible import Infeasible
 from surefetch.executor.pick import Pick
@@ -17,13 +18,15 @@ EXPECTED_WITHIN_M = 0.015
 KEPT_WITHIN_M = 0.003
 
 
-def grasp(task: Task, track: int) -> str:
-    """Grasp a track and lift it; what was done, in words.
+def grasp(task: Task, track: int, relation: Relation) -> str:
+    """Grasp a track, taken to stand in this relation, and lift it; what was done, in words.
 
     Raises:
         Infeasible: it cannot be grasped; nothing was moved.
         Failed: it was not in the hand in the end; the hand is open, and back above if it could be.
     """
+    if task.estimate.cover == "covered" and relation in NEEDS_OPEN:
+        raise Infeasible("access", f"track {track} is taken to be {relation}, and the lid is on")
     pick, tried = task.plans.target(task.now(), track, task.rng)
     if pick is None:
         assert tried.refusal is not None, "no plan and no refusal"

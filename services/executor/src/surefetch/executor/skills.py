@@ -68,8 +68,8 @@ def _do(task: Task, verb: Verb) -> str:
         case Look(view=view):
             task.look(view)
             return f"the camera is at {view}"
-        case Grasp(track=track):
-            return grasp(task, track)
+        case Grasp(track=track, relation=relation):
+            return grasp(task, track, relation)
         case Deliver():
             return deliver(task, cell.delivery)
         case PutBack():
