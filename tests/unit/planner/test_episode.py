@@ -123,6 +123,15 @@ def test_what_could_not_be_read_is_said() -> None:
     assert "T1 and T2 could not be read for sure" in ended.because
 
 
+def test_an_object_where_it_was_not_asked_for_is_named_and_left_alone() -> None:
+    with scripted_cell(table := Table([thing(0.8, 0.2), thing_inside("other")])) as cell:
+        ended = cell.fetch("the red object inside the box")
+    assert ended.outcome == "deferred"
+    assert "T1 outside" in ended.because
+    assert "but inside the box was asked for" in ended.because
+    assert table.gone == []
+
+
 def test_an_absent_object_ends_in_a_defer_after_looking() -> None:
     with scripted_cell(table := Table([thing(0.8, 0.2, "other")])) as cell:
         ended = cell.fetch()

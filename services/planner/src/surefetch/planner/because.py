@@ -49,6 +49,11 @@ def _open_questions(errand: Errand, now: Situation, solution: Solution) -> list[
         return [_held_back(errand, now, solution, allowed[0]), *_beside(now, solution)]
     if not now.believed.tracks:
         return ["nothing was detected", *_beside(now, solution)]
+    ruled_out = [z for z in solution.gamma if parse_tracked(z) is not None]
+    if ruled_out:
+        likely = [f"{name(z)} ({_p(now, z)})" for z in ruled_out]
+        asked = f"{errand.target.relation} the {errand.target.container}"
+        return [f"{_and(likely)} is likely, but {asked} was asked for", *_beside(now, solution)]
     return ["no object seen so far is likely enough", *_beside(now, solution)]
 
 
