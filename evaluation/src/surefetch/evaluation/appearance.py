@@ -70,13 +70,13 @@ def marking_rgb(body_rgb: Rgb) -> Rgb:
 def container_colors(rng: np.random.Generator, never: str | None) -> tuple[Rgb, Rgb]:
     """Colours of container and lid, neither the target's."""
     names: Sequence[str] = [name for name in NEUTRALS if name != never]
-    box, lid = (NEUTRALS[names[rng.integers(len(names))]] for _ in range(2))
+    box, lid = (NEUTRALS[names[int(rng.integers(len(names)))]] for _ in range(2))
     return jittered(box, rng), jittered(lid, rng)
 
 
 def table_rgb(rng: np.random.Generator) -> Rgb:
     """Wood or a neutral plate."""
-    return jittered(TABLES[rng.integers(len(TABLES))], rng)
+    return jittered(TABLES[int(rng.integers(len(TABLES)))], rng)
 
 
 def lighting(rng: np.random.Generator) -> Lighting:

@@ -1,6 +1,7 @@
 """Where everything of a plan stands: container, screens, bodies (pure).
 
-A layout is a proposal: `rejection` says whether the scene shows what its family asks.
+A layout is a proposal: `rejection` says whether the scene shows what its family asks. What must be
+hidden is tried here with its own screens alone, so that most proposals are good ones.
 """
 
 from dataclasses import dataclass, field
@@ -9,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from surefetch.common.geometry import Array
-from surefetch.common.messages import Container, Screen, Xyz
-from surefetch.evaluation import layout_screens, layout_sizes
+from surefetch.common.messages import Body, Container, Marking, Screen, Xyz
+from surefetch.evaluation import layout_screens, layout_sizes, rejection_sight
 from surefetch.evaluation.layout_ground import (
     AREA_MAX_M,
     AREA_MIN_M,
@@ -21,7 +22,9 @@ from surefetch.evaluation.layout_ground import (
 )
 from surefetch.evaluation.layout_screens import Sight
 from surefetch.evaluation.layout_sizes import WALL_M, ContainerKind
+from surefetch.evaluation.recording import FIRST_VIEW
 from surefetch.evaluation.scene_plan import Part, Plan
+from surefetch.evaluation.sightlines import Sightlines
 from surefetch.executor.scene_bodies import LID_OVERHANG_M
 
 TRIES: Final = 60
@@ -29,10 +32,13 @@ YAW_MARKED_RAD: Final = float(np.radians(15.0))
 YAW_FILLER_RAD: Final = float(np.radians(40.0))
 GAP_M: Final = 0.016
 ROOM_FOR_FINGERS_M: Final = 0.026
-"""Around what may be grasped."""
+"""Around what is to be grasped."""
 WALL_GAP_M: Final = 0.008
 BESIDE_M: Final = (0.010, 0.040)
+COVERAGE: Final = (0.30, 0.60)
+"""Share of its face that a marking covers."""
 UNPAINTED: Final = (0.0, 0.0, 0.0)
+UNWEIGHED_KG: Final = 0.1
 
 
 class NoRoom(Exception):
@@ -40,23 +46,13 @@ class NoRoom(Exception):
 
 
 @dataclass(frozen=True)
-class Placed:
-    """One body of the plan with its place."""
-
-    part: Part
-    size_m: Xyz
-    position_world_m: Xyz
-    yaw_rad: float
-
-
-@dataclass(frozen=True)
 class Layout:
-    """A laid-out plan; the container is not painted yet."""
+    """A laid-out plan; nothing is painted or weighed yet."""
 
     container: Container
     screens: tuple[Screen, ...]
-    placed: tuple[Placed, ...]
-    """In the plan's order."""
+    bodies: tuple[Body, ...]
+    """In the order of the plan's parts."""
 
 
 @dataclass
@@ -70,7 +66,7 @@ class _Table:
     ground: Ground = field(default_factory=Ground)
     inside: list[tuple[float, float, float]] = field(default_factory=list)
     screens: list[Screen] = field(default_factory=list)
-    placed: dict[int, Placed] = field(default_factory=dict)
+    bodies: dict[int, Body] = field(default_factory=dict)
 
 
 def lay_out(plan: Plan, views: Views, rng: np.random.Generator) -> Layout:
@@ -79,12 +75,11 @@ def lay_out(plan: Plan, views: Views, rng: np.random.Generator) -> Layout:
     table = _Table(plan, views, rng, container)
     table.ground.rectangles.append(footprint(container))
     for k in _hardest_first(plan):
-        _place(table, k, plan.parts[k])
+        _place(table, k)
     if plan.empty_screen:
         _empty_screen(table)
-    return Layout(
-        container, tuple(table.screens), tuple(table.placed[k] for k in range(len(plan.parts)))
-    )
+    bodies = tuple(table.bodies[k] for k in range(len(plan.parts)))
+    return Layout(container, tuple(table.screens), bodies)
 
 
 def footprint(container: Container) -> Rectangle:
@@ -108,8 +103,8 @@ def _container(plan: Plan, views: Views, rng: np.random.Generator) -> Container:
     long, short = rng.uniform(*layout_sizes.INNER_LONG_M), rng.uniform(*layout_sizes.INNER_SHORT_M)
     inner = (long, short) if rng.random() < 0.5 else (short, long)
     wall, thickness = float(rng.uniform(low, high)), float(rng.uniform(0.004, 0.007))
+    far = 1.02 if plan.family == "ambiguous" else AREA_MAX_M[0]
     for _ in range(TRIES):
-        far = 1.02 if plan.family == "ambiguous" else AREA_MAX_M[0]
         x, y = rng.uniform(AREA_MIN_M + 0.07, [far - 0.07, AREA_MAX_M[1] - 0.07])
         made = Container(
             kind=kind,
@@ -152,37 +147,26 @@ def _hardest_first(plan: Plan) -> list[int]:
     return sorted(range(len(plan.parts)), key=rank)
 
 
-def _place(table: _Table, k: int, part: Part) -> None:
-    """Find a place for one body, screens and all."""
+def _place(table: _Table, k: int) -> None:
+    """Find a place for one body, screens and all. Raises NoRoom."""
+    part = table.plan.parts[k]
     for _ in range(TRIES):
         size = _size(table, part)
-        marked = part.role in ("target", "twin", "near miss")
-        spread = YAW_MARKED_RAD if marked else YAW_FILLER_RAD
-        yaw = float(table.rng.uniform(-spread, spread))
-        if part.relation == "inside":
-            found = _inside(table, part, size)
-        elif part.hiding == "beside container":
-            found = _beside(table, part, size)
-        elif part.role == "occluder":
-            found = _in_front(table, part, size)
-        else:
-            found = _anywhere(table, part, size)
-        if found is None or (marked and not _shown(table, found, part, size)):
+        xy = _spot(table, part, size)
+        if xy is None:
             continue
-        screens = _screens(table, part, found, size, yaw)
-        if screens is None:
+        body = _standing(table, k, size, xy)
+        screens = _screens(table, part, body)
+        if screens is None or not _as_planned(table, part, body, screens):
             continue
-        radius = layout_sizes.radius_m(size, part.attributes.shape)
-        bottom = layout_sizes.rests_above_m(part.attributes.shape)
+        radius = layout_sizes.radius_m(size, body.shape)
         if part.relation == "inside":
-            bottom += table.container.floor_thickness_m
-        if part.relation == "inside":
-            table.inside.append((float(found[0]), float(found[1]), radius))
+            table.inside.append((float(xy[0]), float(xy[1]), radius))
         else:
-            table.ground.take(found, radius)
+            table.ground.take(xy, radius)
         table.screens += screens
         table.ground.rectangles += [layout_screens.standing(one) for one in screens]
-        table.placed[k] = Placed(part, size, (float(found[0]), float(found[1]), bottom), yaw)
+        table.bodies[k] = body
         return
     raise NoRoom(part.role)
 
@@ -192,18 +176,33 @@ def _size(table: _Table, part: Part) -> Xyz:
     if part.role == "wide":
         return layout_sizes.wide_size(rng, shape)
     if part.role == "occluder":
-        return max(
-            (layout_sizes.body_size(shape, rng, widest_m=0.070) for _ in range(6)),
-            key=lambda size: size[2] * min(size[:2]),
-        )
+        drawn = [layout_sizes.body_size(shape, rng, widest_m=0.070) for _ in range(6)]
+        return max(drawn, key=lambda size: size[2] * min(size[:2]))
     if part.relation == "inside":
         container = table.container
         room = container.wall_height_m - container.floor_thickness_m - layout_sizes.BELOW_RIM_M
         highest = room if container.covered else 0.075
         return layout_sizes.body_size(shape, rng, highest_m=highest, widest_m=0.050)
+    if part.hiding == "body":
+        return layout_sizes.body_size(shape, rng, highest_m=0.050, widest_m=0.045)
     if part.hiding in ("screen", "corner"):
-        return layout_sizes.body_size(shape, rng, highest_m=0.070, widest_m=0.058)
+        return layout_sizes.body_size(shape, rng, highest_m=0.070, widest_m=0.055)
     return layout_sizes.body_size(shape, rng)
+
+
+def _spot(table: _Table, part: Part, size: Xyz) -> Array | None:
+    """A free place (2,) of the kind that the part needs, or None."""
+    if part.relation == "inside":
+        found = _inside(table, part, size)
+    elif part.hiding == "beside container":
+        found = _beside(table, part, size)
+    elif part.role == "occluder":
+        found = _in_front(table, part, size)
+    else:
+        found = _anywhere(table, part, size)
+    if found is None or part.role in ("filler", "wide", "occluder"):
+        return found
+    return found if _shown(table, found, part, size) else None
 
 
 def _gap(part: Part) -> float:
@@ -222,55 +221,82 @@ def _inside(table: _Table, part: Part, size: Xyz) -> Array | None:
     half = np.asarray(table.container.inner_size_m) / 2.0 - radius - WALL_GAP_M
     if (half < 0.0).any():
         return None
-    xy = footprint(table.container).world(table.rng.uniform(-half, half)[None])[0]
+    xy: Array = footprint(table.container).world(table.rng.uniform(-half, half)[None])[0]
     near = radius + _gap(part)
     free = all(np.hypot(xy[0] - x, xy[1] - y) > near + r for x, y, r in table.inside)
     return xy if free else None
 
 
 def _beside(table: _Table, part: Part, size: Xyz) -> Array | None:
-    """Within 40 mm of the wall, where the sight line from the first view crosses the container."""
+    """Within 40 mm of the wall, before or behind the container as the first view sees it."""
     box = footprint(table.container)
     radius = layout_sizes.radius_m(size, part.attributes.shape)
-    towards = np.array([box.x_m, box.y_m]) - table.views.eye_m("center")[:2]
+    towards = np.array([box.x_m, box.y_m]) - table.views.eye_m(FIRST_VIEW)[:2]
     turned = Rectangle(0.0, 0.0, (1.0, 1.0), box.yaw_rad).local(towards)
     axis = int(np.abs(turned).argmax())
     side = float(np.sign(turned[axis])) * (1.0 if table.rng.random() < 0.6 else -1.0)
     local = np.zeros(2)
     local[axis] = side * (box.size_m[axis] / 2.0 + table.rng.uniform(*BESIDE_M) + radius)
     local[1 - axis] = table.rng.uniform(-0.4, 0.4) * box.size_m[1 - axis]
-    xy = box.world(local[None])[0]
+    xy: Array = box.world(local[None])[0]
     others = Ground(table.ground.discs, table.ground.rectangles[1:])
     return xy if others.free(xy, radius, _gap(part)) else None
 
 
 def _in_front(table: _Table, part: Part, size: Xyz) -> Array | None:
     """Between the first view's eye and what it must hide."""
-    hidden = next(p for p in table.placed.values() if p.part.hiding == "body")
-    xy = np.asarray(hidden.position_world_m[:2])
-    eye = table.views.eye_m("center")
-    shape = hidden.part.attributes.shape
-    sight = Sight.of(eye, xy, hidden.size_m, shape, hidden.yaw_rad)
+    k, hidden = _behind_a_body(table)
+    sight = _sight(table, hidden)
     radius = layout_sizes.radius_m(size, part.attributes.shape)
     back = sight.d_span_m[0] - table.rng.uniform(0.012, 0.040) - radius
-    share = table.rng.uniform(*hidden.part.hidden)
-    right, left = sight.n_span_m
     side = 1.0 if table.rng.random() < 0.5 else -1.0
-    edge = (
-        left - (1.0 - share) * (left - right)
-        if side > 0
-        else right + (1.0 - share) * (left - right)
+    edge = layout_screens.edge_of(
+        sight, float(table.rng.uniform(*table.plan.parts[k].hidden)), side
     )
-    place: Array = xy + sight.d * back + sight.n * (edge - side * radius)
+    place: Array = sight.xy_m + sight.d * back + sight.n * (edge - side * radius)
     return place if table.ground.free(place, radius, 0.006) else None
 
 
-def _screens(table: _Table, part: Part, xy: Array, size: Xyz, yaw: float) -> list[Screen] | None:
+def _behind_a_body(table: _Table) -> tuple[int, Body]:
+    """What a body is to hide."""
+    return next((k, b) for k, b in table.bodies.items() if table.plan.parts[k].hiding == "body")
+
+
+def _sight(table: _Table, body: Body) -> Sight:
+    xy = np.asarray(body.position_world_m[:2])
+    return Sight.of(table.views.eye_m(FIRST_VIEW), xy, body.size_m, body.shape, body.yaw_rad)
+
+
+def _standing(table: _Table, k: int, size: Xyz, xy: Array) -> Body:
+    """The body at its place, at rest, its marking's size drawn."""
+    part, rng = table.plan.parts[k], table.rng
+    decides = part.role in ("target", "twin", "near miss")
+    spread = YAW_MARKED_RAD if decides else YAW_FILLER_RAD
+    bottom = layout_sizes.rests_above_m(part.attributes.shape)
+    if part.relation == "inside":
+        bottom += table.container.floor_thickness_m
+    return Body(
+        name=str(k),
+        shape=part.attributes.shape,
+        size_m=size,
+        rgb=UNPAINTED,
+        marking=Marking(
+            kind=part.attributes.marking,
+            face=part.face,
+            rgb=UNPAINTED,
+            coverage=float(rng.uniform(*COVERAGE)),
+        ),
+        mass_kg=UNWEIGHED_KG,
+        position_world_m=(float(xy[0]), float(xy[1]), bottom),
+        yaw_rad=float(rng.uniform(-spread, spread)),
+    )
+
+
+def _screens(table: _Table, part: Part, body: Body) -> list[Screen] | None:
     """The screens that hide this body; None when they fit nowhere."""
     if part.hiding not in ("screen", "corner"):
         return []
-    rng, eye = table.rng, table.views.eye_m("center")
-    sight = Sight.of(eye, xy, size, part.attributes.shape, yaw)
+    rng, sight = table.rng, _sight(table, body)
     share = float(rng.uniform(*part.hidden))
     if part.hiding == "corner":
         made = [
@@ -283,8 +309,49 @@ def _screens(table: _Table, part: Part, xy: Array, size: Xyz, yaw: float) -> lis
         made = [layout_screens.beside(sight, share, 1 if rng.random() < 0.5 else -1, rng)]
     screens = [one for one in made if one is not None]
     stands = [layout_screens.standing(one) for one in screens]
-    free = all(table.ground.free_rectangle(one, 0.010) for one in stands)
+    radius = layout_sizes.radius_m(body.size_m, body.shape)
+    own = Ground([(*body.position_world_m[:2], radius)])
+    free = all(
+        table.ground.free_rectangle(one, 0.010) and own.free_rectangle(one, 0.0) for one in stands
+    )
     return screens if len(screens) == len(made) and free else None
+
+
+def _as_planned(table: _Table, part: Part, body: Body, screens: list[Screen]) -> bool:
+    """Whether the first view is kept from what the plan hides, as far as this body decides it."""
+    if part.role == "occluder":
+        k, hidden = _behind_a_body(table)
+        return _hidden(table, table.plan.parts[k], hidden, [body], [])
+    if part.hiding in ("screen", "corner"):
+        return _hidden(table, part, body, [], screens) and _unreadable(table, body, screens)
+    if part.hiding == "beside container":
+        return _confusable(table, body)
+    decides = table.plan.family in ("partial", "absent") and part.role in ("target", "near miss")
+    return not (decides and part.face == "right") or _unreadable(table, body, [])
+
+
+def _hidden(
+    table: _Table, part: Part, body: Body, others: list[Body], screens: list[Screen]
+) -> bool:
+    lines = Sightlines([body, *others], screens, None, table.views, lid=False)
+    low, high = part.hidden
+    return low <= 1.0 - lines.of_body(body.name, FIRST_VIEW).share <= high
+
+
+def _unreadable(table: _Table, body: Body, screens: list[Screen]) -> bool:
+    lines = Sightlines([body], screens, None, table.views, lid=False)
+    seen = lines.of_patch(body.name, FIRST_VIEW)
+    return rejection_sight.tells_nothing(seen.pixels, seen.share)
+
+
+def _confusable(table: _Table, body: Body) -> bool:
+    """Whether the body seems to belong to the container where the plan wants it to seem so."""
+    lines = Sightlines([body], [], table.container, table.views, lid=True)
+    first, right, above = (lines.over_container(body.name, view) for view in rejection_sight.VIEWS)
+    return (
+        rejection_sight.confusable(first, right, above, table.plan.clear_right)
+        and lines.of_body(body.name, FIRST_VIEW).share >= rejection_sight.TWIN_SHARE
+    )
 
 
 def _shown(table: _Table, xy: Array, part: Part, size: Xyz) -> bool:
@@ -295,15 +362,13 @@ def _shown(table: _Table, xy: Array, part: Part, size: Xyz) -> bool:
 
 
 def _empty_screen(table: _Table) -> None:
+    """A screen that keeps some of the table out of sight. Raises NoRoom."""
     rng = table.rng
     for _ in range(TRIES):
         xy = rng.uniform(AREA_MIN_M + 0.05, AREA_MAX_M - 0.05)
+        width, height = rng.uniform(0.080, 0.140), rng.uniform(0.080, 0.140)
         one = Screen(
-            size_m=(
-                layout_screens.THICKNESS_M,
-                float(rng.uniform(0.080, 0.140)),
-                float(rng.uniform(0.080, 0.140)),
-            ),
+            size_m=(layout_screens.THICKNESS_M, float(width), float(height)),
             position_world_m=(float(xy[0]), float(xy[1]), 0.0),
             yaw_rad=float(rng.uniform(-0.35, 0.35)),
         )

@@ -1,4 +1,4 @@
-"""Which ground is taken: discs and turned rectangles on the table, and what the views can see (pure).
+"""Which ground is taken: discs and turned rectangles on the table; what the views show (pure).
 
 Lengths in metres, in the world's x and y.
 """

@@ -56,7 +56,7 @@ class Sight:
         )
 
 
-def beside(sight: Sight, share: float, side: int, rng: np.random.Generator) -> Screen | None:
+def beside(sight: Sight, share: float, side: float, rng: np.random.Generator) -> Screen | None:
     """A high screen in front that leaves 1 - share of the body's width in sight at one side.
 
     Args:
@@ -68,18 +68,21 @@ def beside(sight: Sight, share: float, side: int, rng: np.random.Generator) -> S
     gap = rng.uniform(*GAP_M)
     at = sight.distance_m + sight.d_span_m[0] - gap - THICKNESS_M / 2.0
     scale = at / sight.distance_m
-    right, left = sight.n_span_m
-    edge = scale * (
-        (left - (1.0 - share) * (left - right))
-        if side > 0
-        else (right + (1.0 - share) * (left - right))
-    )
-    far = scale * (right if side > 0 else left) - side * rng.uniform(0.005, 0.020)
+    edge = scale * edge_of(sight, share, side)
+    end = scale * sight.n_span_m[0 if side > 0 else 1]
+    far = end - side * rng.uniform(0.005, 0.020)
     if abs(edge - far) < WIDTH_M[0]:
         far = edge - side * WIDTH_M[0]
     rear = sight.distance_m + sight.d_span_m[1]
     height = _at_height(sight, at, rear, sight.top_m) + rng.uniform(0.0, 0.015)
     return _screen(sight, at, (edge + far) / 2.0, abs(edge - far), max(height, 0.080))
+
+
+def edge_of(sight: Sight, share: float, side: float) -> float:
+    """Where along `n` a hidden share of the body's width ends, in metres from its centre."""
+    right, left = sight.n_span_m
+    seen = (1.0 - share) * (left - right)
+    return left - seen if side > 0 else right + seen
 
 
 def below(sight: Sight, share: float, rng: np.random.Generator) -> Screen | None:

@@ -12,7 +12,6 @@ from surefetch.common.hypotheses import Relation
 from surefetch.common.messages import Body, Container
 from surefetch.evaluation import layout_sizes
 from surefetch.evaluation.layout_ground import Rectangle
-from surefetch.evaluation.scene_plan import Attributes
 from surefetch.evaluation.scenes import Candidate
 from surefetch.executor import scene_meshes, ur10e
 
@@ -61,18 +60,10 @@ def _corners_apart(body: Body, outer: Rectangle) -> bool:
     return all(outer.distance_m(corner) >= OUTSIDE_M for corner in corners)
 
 
-def attributes_of(body: Body, color: str) -> Attributes:
-    """What a sentence could say of a body whose colour has this name."""
-    marking = "plain" if body.marking is None else body.marking.kind
-    return Attributes(color, body.shape, marking)
-
-
 def aperture(candidate: Candidate) -> str | None:
     """R4: the target fits between the fingers at some yaw."""
-    for part, body in zip(candidate.plan.parts, candidate.scene.bodies, strict=True):
-        if part.role == "target" and too_wide(body):
-            return "R4 aperture"
-    return None
+    target = candidate.body("target")
+    return "R4 aperture" if target is not None and too_wide(target) else None
 
 
 def boundary(candidate: Candidate) -> str | None:

@@ -1,4 +1,4 @@
-"""What a scene of a family must hold: who is on the table, who hides, what the sentence says (pure).
+"""What a scene of a family must hold: who is there, who hides, what the sentence says (pure).
 
 A plan is drawn once for a seed and kept over all attempts to lay it out, so that rejecting layouts
 cannot shift the rates below. Source: the families' table of the scenario generator.
@@ -17,7 +17,11 @@ from surefetch.evaluation.appearance import COLORS
 from surefetch.evaluation.splits import FAMILIES
 
 SHAPES: Final[tuple[Shape, ...]] = ("cube", "block", "cylinder", "ball", "hexagonal prism")
+WIDE_SHAPES: Final[tuple[Shape, ...]] = ("cylinder", "hexagonal prism")
 MARKINGS: Final[tuple[MarkingKind, ...]] = ("plain", "stripe", "dot", "cross")
+FACES: Final[tuple[Face, ...]] = ("front", "right", "top")
+READABLE_FIRST: Final[tuple[Face, ...]] = ("top", "top", "front")
+"""Faces that the first view reads."""
 MARKS: Final[tuple[MarkingKind, ...]] = MARKINGS[1:]
 ATTRIBUTES: Final = ("color", "shape", "marking")
 HARD_PAIRS: Final[dict[str, tuple[str, ...]]] = {
@@ -107,6 +111,8 @@ class Plan:
     """The container must be a tray."""
     empty_screen: bool = False
     """A screen that hides nothing but table."""
+    clear_right: bool = True
+    """Whether the right view shows that what stands beside the container is outside it."""
 
     def matches(self, attributes: Attributes) -> bool:
         """Whether the sentence's attributes fit this body."""
@@ -152,18 +158,27 @@ def _relation_asked(
 
 def _near_miss(asked: Attributes, differs: str, rng: np.random.Generator) -> Attributes:
     """Shares two attributes; the third is often one that is easily confused."""
-    value = getattr(asked, differs)
-    pool: Sequence[str] = {"color": tuple(COLORS), "shape": SHAPES, "marking": MARKINGS}[differs]
-    hard = [other for other in HARD_PAIRS.get(value, ()) if other in pool]
-    if hard and _chance(rng, P_HARD_PAIR):
-        pool = hard
-    return replace(asked, **{differs: _one(rng, [other for other in pool if other != value])})
+    match differs:
+        case "color":
+            return replace(asked, color=_another(asked.color, tuple(COLORS), rng))
+        case "shape":
+            return replace(asked, shape=_another(asked.shape, SHAPES, rng))
+        case _:
+            return replace(asked, marking=_another(asked.marking, MARKINGS, rng))
 
 
-def _filler(asked: Attributes, rng: np.random.Generator) -> Attributes:
+def _another(value: T, pool: Sequence[T], rng: np.random.Generator) -> T:
+    hard = [other for other in pool if other in HARD_PAIRS.get(str(value), ())]
+    others = [other for other in pool if other != value]
+    return _one(rng, hard if hard and _chance(rng, P_HARD_PAIR) else others)
+
+
+def _filler(
+    asked: Attributes, rng: np.random.Generator, shapes: Sequence[Shape] = SHAPES
+) -> Attributes:
     """Shares one attribute at most, so that it is no near-miss."""
     while True:
-        drawn = _attributes(rng)
+        drawn = replace(_attributes(rng), shape=_one(rng, shapes))
         if drawn.shared(asked) <= 1:
             return drawn
 
@@ -173,29 +188,11 @@ def _fillers(
 ) -> tuple[Part, ...]:
     """Distractors; one in ten of all that are no target is too wide for the hand."""
     wide = n > 0 and _chance(rng, P_WIDE * n_others)
-    parts = []
-    for k in range(n):
-        attributes = _filler(asked, rng)
-        face = _one(rng, FACES)
-        if k == 0 and wide:
-            shape: Shape = _one(rng, ("cylinder", "hexagonal prism"))
-            attributes = replace(attributes, shape=shape)
-            if attributes.shared(asked) > 1:
-                attributes = replace(attributes, color=_other_color(asked.color, rng))
-            parts.append(Part("wide", attributes, "outside", "top"))
-        else:
-            inside = _chance(rng, p_inside)
-            parts.append(Part("filler", attributes, "inside" if inside else "outside", face))
+    parts = [Part("wide", _filler(asked, rng, WIDE_SHAPES), "outside", "top")] if wide else []
+    while len(parts) < n:
+        relation: Relation = "inside" if _chance(rng, p_inside) else "outside"
+        parts.append(Part("filler", _filler(asked, rng), relation, _one(rng, FACES)))
     return tuple(parts)
-
-
-def _other_color(color: str, rng: np.random.Generator) -> str:
-    return _one(rng, [other for other in COLORS if other != color])
-
-
-FACES: Final[tuple[Face, ...]] = ("front", "right", "top")
-READABLE_FIRST: Final[tuple[Face, ...]] = ("top", "top", "front")
-"""Faces that the first view reads."""
 
 
 def _visible(rng: np.random.Generator) -> Plan:
@@ -234,16 +231,16 @@ def _one_inside(fillers: tuple[Part, ...]) -> tuple[Part, ...]:
 
 
 def _one_in_front(fillers: tuple[Part, ...]) -> tuple[Hiding, tuple[Part, ...]]:
-    """The first distractor that may stands in front of the target; without one, a screen does."""
+    """The first distractor with a flat top stands in front of the target; else a screen does."""
     for k, part in enumerate(fillers):
-        if part.role == "filler":
+        if part.role == "filler" and part.attributes.shape not in ("ball", "cube"):
             front = replace(part, role="occluder", relation="outside")
             return "body", (*fillers[:k], front, *fillers[k + 1 :])
     return "screen", fillers
 
 
 def _partial(rng: np.random.Generator) -> Plan:
-    """The first view shows too little of the target; a near-miss differs where it cannot be seen."""
+    """The first view shows too little of the target; its near-misses differ out of sight."""
     asked, named = _attributes(rng, MARKS), _named(rng, ("marking",))
     stratum = str(rng.choice(["right", "close_high", "both"], p=[0.45, 0.30, 0.25]))
     third = _one(rng, THIRDS)
@@ -251,7 +248,7 @@ def _partial(rng: np.random.Generator) -> Plan:
     n = int(rng.integers(OTHERS["partial"][0], OTHERS["partial"][1] + 1))
     face: Face = "right" if stratum == "right" else "top"
     hiding: Hiding = {"right": "screen", "close_high": "corner", "both": "screen"}[stratum]  # type: ignore[assignment]
-    if stratum == "right" and _chance(rng, 0.4):
+    if stratum == "right" and third != THIRDS[2] and _chance(rng, 0.5):
         hiding = "body"
     misses = tuple(
         Part(
@@ -260,7 +257,7 @@ def _partial(rng: np.random.Generator) -> Plan:
             "outside",
             face,
             "none" if face == "right" else hiding,
-            (0.3, 0.95),
+            (0.3, 0.88),
         )
         for _ in range(int(rng.integers(1, 3)))
     )
@@ -330,6 +327,7 @@ def _ambiguous(rng: np.random.Generator) -> Plan:
         covered,
         f"{relation}{', covered' if covered else ''}",
         (*pair, *misses, *fillers),
+        clear_right=_chance(rng, 0.5),
     )
 
 
@@ -369,8 +367,9 @@ def _absent(rng: np.random.Generator) -> Plan:
 def _hard_near_miss(
     asked: Attributes, covered: bool, relation_asked: AskedRelation, rng: np.random.Generator
 ) -> Part:
-    """One that the first view cannot refute: its other marking is under the lid, behind a screen, or
-    on its right face.
+    """One that the first view cannot refute.
+
+    Its other marking is under the lid, behind a screen, or on its right face.
     """
     attributes = _near_miss(asked, "marking", rng)
     if covered and relation_asked != "outside" and _chance(rng, 0.7):

@@ -19,6 +19,8 @@ class Sighting(Message, frozen=True):
     """Of its marking, or of where a plain body's marking would be, seen less than 70° aslant."""
     patch_share: float
     """Of the patch's pixels when everything else is moved away, or 0 when it faces away."""
+    over_container: float
+    """Share of its outline whose sight lines cross the container's box."""
 
 
 class SceneTruth(Message, frozen=True):

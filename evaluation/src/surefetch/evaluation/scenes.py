@@ -10,17 +10,16 @@ import msgspec
 import numpy as np
 
 from surefetch.common.cell import Cell
-from surefetch.common.messages import Body, CameraSpec, Container, Marking, Rgb, Scene, Target
+from surefetch.common.messages import Body, CameraSpec, Container, Scene, Target
 from surefetch.common.streams import stream
 from surefetch.evaluation import appearance, layout, layout_sizes, scene_plan, sentence
-from surefetch.evaluation.layout import Layout, Placed
+from surefetch.evaluation.layout import Layout
 from surefetch.evaluation.layout_ground import Views
-from surefetch.evaluation.scene_plan import Plan
+from surefetch.evaluation.scene_plan import Plan, Role
 
 GENERATOR_VERSION: Final = 1
 """Increases with every change that gives a seed another scene; versions are never mixed."""
 VOCABULARY_VERSION: Final = "v1"
-COVERAGE: Final = (0.30, 0.60)
 
 
 @dataclass(frozen=True)
@@ -31,6 +30,11 @@ class Candidate:
     scene: Scene
     sentence: str
     target: Target
+
+    def body(self, role: Role) -> Body | None:
+        """The first body of this role."""
+        pairs = zip(self.plan.parts, self.scene.bodies, strict=True)
+        return next((body for part, body in pairs if part.role == role), None)
 
 
 def plan_of(family: str, seed: int) -> Plan:
@@ -74,7 +78,10 @@ def _painted(
 ) -> Scene:
     box_rgb, lid_rgb = appearance.container_colors(rng, plan.asked.color)
     container = msgspec.structs.replace(laid.container, rgb=box_rgb, lid_rgb=lid_rgb)
-    bodies = tuple(_body(k, placed, rng) for k, placed in enumerate(laid.placed))
+    bodies = tuple(
+        _body(k, part.attributes.color, body, rng)
+        for k, (part, body) in enumerate(zip(plan.parts, laid.bodies, strict=True))
+    )
     return Scene(
         family=plan.family,
         seed=seed,
@@ -88,26 +95,15 @@ def _painted(
     )
 
 
-def _body(k: int, placed: Placed, rng: np.random.Generator) -> Body:
-    look = placed.part.attributes
-    rgb = appearance.jittered(appearance.COLORS[look.color], rng)
-    return Body(
-        name=f"{k} {look.color} {look.shape} {look.marking}",
-        shape=look.shape,
-        size_m=placed.size_m,
+def _body(k: int, color: str, body: Body, rng: np.random.Generator) -> Body:
+    """Painted and weighed, and named for people who read figures."""
+    rgb = appearance.jittered(appearance.COLORS[color], rng)
+    assert body.marking is not None
+    marking = msgspec.structs.replace(body.marking, rgb=appearance.marking_rgb(rgb))
+    return msgspec.structs.replace(
+        body,
+        name=f"{k} {color} {body.shape} {marking.kind}",
         rgb=rgb,
-        marking=_marking(placed, rgb, rng),
-        mass_kg=layout_sizes.mass_kg(placed.size_m, rng),
-        position_world_m=placed.position_world_m,
-        yaw_rad=placed.yaw_rad,
-    )
-
-
-def _marking(placed: Placed, rgb: Rgb, rng: np.random.Generator) -> Marking:
-    """Plain bodies too: where their patch would be."""
-    return Marking(
-        kind=placed.part.attributes.marking,
-        face=placed.part.face,
-        rgb=appearance.marking_rgb(rgb),
-        coverage=float(rng.uniform(*COVERAGE)),
+        marking=marking,
+        mass_kg=layout_sizes.mass_kg(body.size_m, rng),
     )
