@@ -17,10 +17,10 @@ from tiny_process import PROGRAM, Tiny, tiny_service
 from surefetch.client import Cell
 from surefetch.common import codec, refusals
 from surefetch.common.errors import PeerMissing, Refused, SurefetchError
+from surefetch.common.host import MAX_WAITING
 from surefetch.common.journal import parse_journal
 from surefetch.common.launch import own_cell_name
 from surefetch.common.messages import Accepted, Cancel, Empty, Instruct, RefusedReply
-from surefetch.common.runner import MAX_WAITING
 from surefetch.common.settings import BusSettings, free_endpoint
 from surefetch.common.topics import BELIEF, CANCEL, PLANNER, STATUS
 from surefetch.common.zenoh_bus import ZenohBus

@@ -8,7 +8,6 @@ once, and an exception in a callback ends the process, since no hook would see i
 
 import json
 import logging
-import os
 import re
 import secrets
 import threading
@@ -21,6 +20,7 @@ import zenoh
 from surefetch.common import codec, refusals
 from surefetch.common.bus import Call, check_may_ask
 from surefetch.common.errors import BadInput, CodecError
+from surefetch.common.fatal import die
 from surefetch.common.messages import Message, RefusedReply
 from surefetch.common.peers import (
     MAX_REFUSAL_BYTES,
@@ -352,8 +352,6 @@ def _fatal(callback: Callable[[T], None]) -> Callable[[T], None]:
         try:
             callback(value)
         except BaseException:
-            log.critical("unexpected error in a callback of the bus", exc_info=True)
-            logging.shutdown()
-            os._exit(70)
+            die()
 
     return guarded
