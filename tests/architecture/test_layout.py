@@ -128,6 +128,13 @@ def test_only_the_simulated_cell_and_the_scorer_know_the_truth() -> None:
     assert known == {"common", "services/executor", "evaluation"}
 
 
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "README.md", "ARCHITECTURE.md"])
+def test_every_test_file_that_a_page_names_is_there(page: str) -> None:
+    text = (ROOT / page).read_text("utf-8")
+    named = {f"tests/{path}" for path in re.findall(r"`tests/([\w/]+\.py)`", text)}
+    assert [path for path in sorted(named) if not (ROOT / path).is_file()] == []
+
+
 def test_every_service_can_be_served() -> None:
     assert tuple(SERVE) == SERVICES
 
