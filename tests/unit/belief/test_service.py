@@ -1,6 +1,7 @@
 """The belief service: looks in order, each once, with numbers that belong to this cell."""
 
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from surefetch.common.messages import (
     Mask,
     Update,
 )
+from surefetch.common.parameters import profile_parameters, write_parameters
 from surefetch.evaluation.believe import fresh_belief
 
 CENTER = (0.9, 0.0, 0.03)
@@ -213,3 +215,16 @@ def test_gamma_is_the_conformal_set_of_the_profile_that_was_asked_for() -> None:
     reply = strict.handle(update(0, detection("a")))
     assert reply.q_hat == 0.3
     assert reply.gamma == tuple(z for z, p in reply.belief.items() if 1 - p <= 0.3)
+
+
+def test_numbers_come_from_the_folder_that_is_named_else_from_the_shipped_files(
+    tmp_path: Path,
+) -> None:
+    own = parameters("paper")
+    write_parameters(tmp_path / "paper.json", own)
+    assert profile_parameters("paper", tmp_path) == own
+    assert profile_parameters("paper", None).profile == "paper"
+    with pytest.raises(BadInput, match="extended.json"):
+        profile_parameters("extended", tmp_path)
+    with pytest.raises(BadInput, match="Profiles: paper, extended"):
+        profile_parameters("nonsense", tmp_path)
