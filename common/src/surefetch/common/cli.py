@@ -6,6 +6,7 @@ an exit code here, in one place.
 
 import difflib
 import importlib
+import os
 import sys
 import traceback
 from collections.abc import Callable, Iterable
@@ -15,6 +16,7 @@ from typing import Final
 from surefetch.common.errors import BadInput, SurefetchError
 
 INTERRUPTED: Final = 130
+PIPE_CLOSED: Final = 141
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,12 @@ def main(argv: list[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else argv
     debug = "--debug" in words
     try:
-        return _run([word for word in words if word != "--debug"])
+        status = _run([word for word in words if word != "--debug"])
+        sys.stdout.flush()
+        return status
+    except BrokenPipeError:  # whoever reads our output has seen enough, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return PIPE_CLOSED
     except SurefetchError as error:
         if debug:
             traceback.print_exc()

@@ -132,7 +132,9 @@ def free_endpoint() -> str:
 
 def _parser(service: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog=f"surefetch serve {service}", description=f"Run the {service} in the foreground."
+        prog=f"surefetch serve {service}",
+        description=f"Run the {service} in the foreground.",
+        epilog=f"example: surefetch serve {service} --listen tcp/127.0.0.1:7447",
     )
     parser.add_argument("--config", type=Path, metavar="F", help="this machine's TOML file")
     parser.add_argument(
