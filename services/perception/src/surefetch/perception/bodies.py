@@ -1,4 +1,4 @@
-"""From foreground to single bodies: cut where depth jumps. Pure."""
+"""From foreground to single bodies: cut at jumps in depth and at notches, pieces merged. Pure."""
 
 from typing import Final
 
@@ -6,7 +6,9 @@ import cv2
 import numpy as np
 
 from surefetch.perception.foreground import Foreground, Labels, sharpened
+from surefetch.perception.fragments import merged
 from surefetch.perception.mask import Bits
+from surefetch.perception.silhouette import split
 from surefetch.perception.surface import Floats, Surface
 
 MIN_PX: Final = 40
@@ -15,7 +17,7 @@ STEP_M: Final = 0.005
 
 
 def find(surface: Surface, foreground: Foreground) -> list[Bits]:
-    """The visible pixels of each body."""
+    """The visible pixels of each body, the largest first."""
     depth: Floats = cv2.medianBlur(surface.depth_m, 5).astype(np.float32, copy=False)
     labels = components(foreground.sure, _smooth(depth, 1), _smooth(depth, 0))
     sizes = np.bincount(labels.ravel())
@@ -24,7 +26,8 @@ def find(surface: Surface, foreground: Foreground) -> list[Bits]:
     labels = np.where(kept[labels], labels, 0)
     doubtful = foreground.doubtful | (foreground.sure & (labels == 0))
     labels = sharpened(surface.frame.rgb, labels, doubtful)
-    return [labels == i for i in np.flatnonzero(kept)]
+    found = merged(surface, [labels == i for i in np.flatnonzero(kept)])
+    return [part for bits in found for part in split(bits, surface.depth_m)]
 
 
 def _smooth(depth: Floats, axis: int) -> Bits:

@@ -8,12 +8,12 @@ import numpy as np
 
 from surefetch.common.messages import Target, Vocabulary
 from surefetch.common.rgbd_folder import RgbdFrame
-from surefetch.perception import bodies, screens
+from surefetch.perception import bodies, likeness, screens
 from surefetch.perception.answers.scorer import ClassicalScorer
 from surefetch.perception.frame_geometry import Geometry, LatestGeometry
-from surefetch.perception.likeness import likeness
 from surefetch.perception.mask import Bits, box_iou, box_of
 from surefetch.perception.ports import Backend, BoxPx, Proposal, Proposals
+from surefetch.perception.surface import Surface
 
 VOCABULARY: Final = Vocabulary(
     backend="classical-1",
@@ -25,7 +25,7 @@ VOCABULARY: Final = Vocabulary(
     containers=("box", "container", "bin", "tray", "crate"),
 )
 SAME_BOX_IOU: Final = 0.5
-SMALL_PX: Final = 60.0
+SMALL_PX: Final = 20.0
 
 
 def classical_backend(geometry: LatestGeometry) -> Backend:
@@ -82,9 +82,10 @@ class ClassicalProposer:
     def propose(self, frame: RgbdFrame, target: Target) -> Proposals:
         """See `ports.Proposer`."""
         parts = self._parts.of(frame)
+        surface = self._geometry.of(frame).surface
         phrase = " ".join(word for word in (target.color, target.noun) if word)
         candidates = [
-            Proposal(box_of(bits), _score(frame, bits, target), phrase) for bits in parts.bodies
+            Proposal(box_of(bits), _score(surface, bits, target), phrase) for bits in parts.bodies
         ]
         candidates.sort(key=lambda proposal: -proposal.score)
         container = self._geometry.of(frame).container
@@ -95,9 +96,13 @@ class ClassicalProposer:
         return Proposals(tuple(candidates), found)
 
 
-def _score(frame: RgbdFrame, bits: Bits, target: Target) -> float:
+def _score(surface: Surface, bits: Bits, target: Target) -> float:
+    """What is seen well, and looks like what is asked, comes first."""
     n_px = int(np.count_nonzero(bits))
-    return n_px / (n_px + SMALL_PX) * (0.5 + 0.5 * likeness(frame.rgb[bits], target.color))
+    well_seen = n_px / (n_px + SMALL_PX)
+    color = likeness.of_color(surface.frame.rgb[bits], target.color)
+    build = likeness.of_build(surface, bits, target.shape)
+    return well_seen * (0.4 + 0.4 * color + 0.2 * build)
 
 
 class ClassicalSegmenter:

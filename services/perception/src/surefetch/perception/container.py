@@ -18,6 +18,10 @@ from surefetch.perception.surface import Floats, Surface
 LOWEST_RIM_M: Final = 0.016
 HIGHEST_RIM_M: Final = 0.20
 LEVEL_TOLERANCE_M: Final = 0.004
+MIN_CELLS: Final = 45
+"""Fewer columns of one height are no rim"""
+PEAK_MM: Final = 2
+MAX_LEVELS: Final = 8
 MIN_COVERAGE: Final = 0.6
 WALL_SLACK_M: Final = 0.005
 """Points this near to a wall belong to it."""
@@ -135,14 +139,15 @@ def _columns(xy_m: Floats, heights: Floats) -> tuple[NDArray[np.float64], NDArra
 def _levels(tops: NDArray[np.float64]) -> list[float]:
     """Heights at which many columns end, the commonest first."""
     counts = np.bincount(np.floor(tops / 0.001).astype(int), minlength=int(HIGHEST_RIM_M / 0.001))
-    smooth = np.convolve(counts, np.ones(5), mode="same")
+    smooth = np.convolve(counts, np.ones(3), mode="same")
     peaks = [
         i
         for i in range(1, len(smooth) - 1)
-        if smooth[i] >= 60 and smooth[i] == smooth[max(0, i - 4) : i + 5].max()
+        if smooth[i] >= MIN_CELLS
+        and smooth[i] == smooth[max(0, i - PEAK_MM) : i + PEAK_MM + 1].max()
     ]
     peaks.sort(key=lambda i: -smooth[i])
-    return [float((i + 0.5) * 0.001) for i in peaks[:6]]
+    return [float((i + 0.5) * 0.001) for i in peaks[:MAX_LEVELS]]
 
 
 def _open(
@@ -303,9 +308,22 @@ def _plate_edges(
     c, s = np.cos(plate.yaw_rad), np.sin(plate.yaw_rad)
     x, y = points[near, 0].astype(np.float64), points[near, 1].astype(np.float64)
     u, v = x * c + y * s, y * c - x * s
-    edges_u = (float(np.percentile(u, 0.4)), float(np.percentile(u, 99.6)))
-    edges_v = (float(np.percentile(v, 0.4)), float(np.percentile(v, 99.6)))
-    return replace(plate, u_m=edges_u, v_m=edges_v), top
+    return replace(plate, u_m=_ends(u, v, plate.u_m), v_m=_ends(v, u, plate.v_m)), top
+
+
+def _ends(
+    across: NDArray[np.float64], along: NDArray[np.float64], guess: tuple[float, float]
+) -> tuple[float, float]:
+    """Where most rows of a plate begin and end; what touches it in a few does not count."""
+    rows = np.floor((along - along.min()) / CELL_M).astype(int) if len(along) else along.astype(int)
+    counts = np.bincount(rows)
+    full = counts >= max(5, 0.3 * float(np.median(counts[counts > 0]))) if len(counts) else counts
+    if np.count_nonzero(full) < 5:
+        return guess
+    first, last = np.full(len(counts), np.inf), np.full(len(counts), -np.inf)
+    np.minimum.at(first, rows, across)
+    np.maximum.at(last, rows, across)
+    return float(np.median(first[full])), float(np.median(last[full]))
 
 
 def _overhang(points: Floats, heights: Floats, plate: Rectangle, top: float) -> float | None:

@@ -24,7 +24,7 @@ SURE_M: Final = 0.006
 NEAR_M: Final = 0.8
 FLAT_M: Final = 0.0010
 """Lower than this is the ground."""
-WALL_SURE_M: Final = 0.006
+WALL_SURE_M: Final = 0.0045
 WALL_FLAT_M: Final = 0.0010
 REACH_PX: Final = 8
 """How far doubtful pixels may lie from a sure body."""

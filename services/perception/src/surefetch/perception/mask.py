@@ -65,6 +65,13 @@ def box_of(bits: Bits) -> tuple[float, float, float, float]:
     return (float(columns[0]), float(rows[0]), float(columns[-1] + 1), float(rows[-1] + 1))
 
 
+def window(masks: Sequence[Bits], margin_px: int) -> tuple[slice, slice]:
+    """Rows and columns that hold all pixels of the masks, with a margin; for cropping."""
+    x0, y0, x1, y1 = box_of(np.any(masks, axis=0))
+    rows = slice(max(0, int(y0) - margin_px), int(y1) + margin_px)
+    return rows, slice(max(0, int(x0) - margin_px), int(x1) + margin_px)
+
+
 def box_iou(a: Sequence[float], b: Sequence[float]) -> float:
     """Intersection over union of two boxes x0, y0, x1, y1."""
     width = min(a[2], b[2]) - max(a[0], b[0])
