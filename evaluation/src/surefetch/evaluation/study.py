@@ -1,0 +1,43 @@
+"""`surefetch study WORD …`: from recordings to parameters and tables."""
+
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from typing import Final
+
+from surefetch.common.errors import BadInput
+
+COMMANDS: Final[dict[str, tuple[str, str]]] = {
+    "record": ("study_record:main", "capture and perceive every state of many scenes, once"),
+    "fit": ("study_fit:main_fit", "observation models and priors from development recordings"),
+    "calibrate": ("study_fit:main_calibrate", "the conformal threshold from calibration ones"),
+    "gates": ("study_gates:main", "is the scene generator hard enough? five controls tell"),
+    "episodes": ("study_episodes:main", "closed-loop episodes over the real processes"),
+    "perception": ("perception_table:main", "the perception table"),
+}
+
+
+def main(argv: list[str]) -> int:
+    """Run one study command. Raises BadInput for an unknown one."""
+    if not argv or argv[0] in ("-h", "--help"):
+        sys.stdout.write(_help())
+        return 0 if argv else 2
+    word, *rest = argv
+    if word not in COMMANDS:
+        raise BadInput(f'there is no "surefetch study {word}".\n{_help()}')
+    return command(word)(rest)
+
+
+def command(word: str) -> Callable[[list[str]], int]:
+    """The function behind a word; imported only when it is asked for."""
+    module, function = COMMANDS[word][0].split(":")
+    found: Callable[[list[str]], int] = getattr(
+        import_module(f"surefetch.evaluation.{module}"), function
+    )
+    return found
+
+
+def _help() -> str:
+    width = max(map(len, COMMANDS))
+    lines = [f"  {word.ljust(width)}  {what}" for word, (_, what) in COMMANDS.items()]
+    return "usage: surefetch study WORD …\n\n" + "\n".join(lines) + "\n"
