@@ -54,6 +54,20 @@ def test_a_killed_service_ends_the_run(service: str, run: RunProcess, tmp_path: 
         assert_came_to_rest(journals / "executor.journal")
 
 
+def test_ctrl_c_stops_the_arm_and_keeps_what_was_seen(run: RunProcess, tmp_path: Path) -> None:
+    run.until("understood")
+    time.sleep(0.7)
+    pids = run.pids()
+    os.kill(run.process.pid, signal.SIGINT)
+    interrupted_s = time.monotonic()
+    assert run.wait() == 1
+    assert time.monotonic() - interrupted_s < END_S
+    told = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert (told["outcome"], told["correct"]) == ("stopped", False)
+    assert not any(is_there(pid) for pid in pids.values())
+    assert_came_to_rest(tmp_path / "out" / "journal" / "executor.journal")
+
+
 def assert_came_to_rest(path: Path) -> None:
     """The motion under way was stopped, and its end is in the journal."""
     records = read_journal(path).records

@@ -35,9 +35,7 @@ def main(argv: list[str]) -> int:
     bus = join(asked.connect or newest_cell().endpoints)
     progress = Progress(Console(highlight=False))
     server = _serve(progress, open_window=asked.open)
-    view = LiveView(
-        bus, _Recordings(server.address, asked.save).begin, lambda e: _show(progress, e)
-    )
+    view = LiveView(bus, _Recordings(server.address, asked.save).begin, progress.show)
     try:
         view.draw_until(lambda: not bus.alive())
         progress.say("the cell is gone.", style="dim")
