@@ -4,6 +4,8 @@ from pathlib import Path
 
 import made_up_episode
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from PIL import Image
 
 from surefetch.evaluation import trace_figure
@@ -39,3 +41,25 @@ def test_an_episode_cut_short_still_has_a_trace(n_events: int, tmp_path: Path) -
     trace_figure.draw(Observed(whole.log[:n_events], {}), tmp_path / "trace.png")
     with Image.open(tmp_path / "trace.png") as picture:
         assert picture.size[0] > 0
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.floats(0.0, 640.0), st.floats(0.0, 480.0), st.sampled_from(["T1 MO", "T12 ≠"])
+        ),
+        max_size=12,
+    )
+)
+@settings(deadline=None)
+def test_no_tag_covers_another_and_none_sinks(places: list[tuple[float, float, str]]) -> None:
+    tags = [trace_figure.Tag(x, y, text, (0, 0, 0)) for x, y, text in places]
+    placed = trace_figure.apart(tags, 1.0)
+    assert sorted(tag.x_px for tag in placed) == sorted(tag.x_px for tag in tags)
+    for i, a in enumerate(placed):
+        for b in placed[:i]:
+            letters = (len(a.text) + len(b.text) + 1) / 2
+            assert (
+                abs(a.x_px - b.x_px) >= letters * trace_figure.TAG_LETTER_PX
+                or abs(a.y_px - b.y_px) >= trace_figure.TAG_HEIGHT_PX
+            )

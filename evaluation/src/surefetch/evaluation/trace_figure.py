@@ -5,6 +5,8 @@ hypotheses of a present target (the not yet seen among them), and absence.
 """
 
 import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,6 +24,14 @@ DPI: Final = 130
 INK: Final = "#1b1f24"
 FAINT: Final = "#6b7280"
 GROUP_COLORS: Final = ("#0072b2", "#56b4e9", "#9aa3ad", "#d55e00")
+TAGS: Final = {"mismatch": "≠"}
+LEGEND: Final = (
+    "MI, MO, MU: fits the words, and is inside, outside, unclear where.   UI, UO, UU: likewise, "
+    "but whether it fits cannot be read.   ≠: does not fit.   Γ: the hypotheses that remain."
+)
+TAG_HEIGHT_PX: Final = 30.0
+TAG_LETTER_PX: Final = 12.5
+"""Room for a tag, in pixels of a 640 pixel wide image."""
 GOOD: Final = "#117a52"
 BAD: Final = "#a33b20"
 STYLE: Final[Any] = {
@@ -48,8 +58,8 @@ def draw(observed: Observed, path: Path) -> None:
             height_ratios=(2.5, 1.9, 1.1),
             left=0.55 / figure.get_figwidth(),
             right=1 - 0.15 / figure.get_figwidth(),
-            top=0.86,
-            bottom=0.03,
+            top=0.85,
+            bottom=0.05,
             hspace=0.22,
             wspace=0.08,
         )
@@ -57,8 +67,12 @@ def draw(observed: Observed, path: Path) -> None:
         track = followed_track(observed)
         for column, look in enumerate(looks):
             _view(figure.add_subplot(grid[0, column]), observed, look, column)
+            if look.believed is None:
+                _afterwards(figure.add_subplot(grid[1, column]), observed, look)
+                continue
             _bars(figure.add_subplot(grid[1, column]), look.believed, track, first=column == 0)
             _action(figure.add_subplot(grid[2, column]), look)
+        figure.text(0.2 / figure.get_figwidth(), 0.012, LEGEND, fontsize=7, color=FAINT)
         figure.savefig(path)
 
 
@@ -110,7 +124,7 @@ def _title(figure: Figure, observed: Observed) -> None:
 def _view(axes: Any, observed: Observed, look: Step, column: int) -> None:
     """The image with masks and, at each, its track and answer."""
     axes.set_axis_off()
-    condition = look.captured.q.replace("_", " ")
+    condition = look.captured.q.replace("_", " ") if look.believed else "to verify"
     axes.set_title(f"({chr(97 + column % 26)})  {condition}", fontsize=10, loc="left")
     frame = observed.frames.get(look.captured.frame)
     if frame is None:
@@ -118,7 +132,7 @@ def _view(axes: Any, observed: Observed, look: Step, column: int) -> None:
         return
     seen = observed.observations.get(look.captured.frame)
     image = frame.rgb.copy()
-    labels = []
+    tags = []
     tracks = look.believed.tracks if look.believed else ()
     answers = dict(c.split(" ", 1) for c in look.believed.counted) if look.believed else {}
     if seen is not None and seen.container is not None:
@@ -130,19 +144,52 @@ def _view(axes: Any, observed: Observed, look: Step, column: int) -> None:
         color = pictures.track_color(track.id)
         image = pictures.paint(image, pictures.bits(detection.mask), color, 0.35)
         answer = answers.get(str(track.id), "")
-        labels.append((detection.box_px, color, f"T{track.id} {answer}".strip()))
+        text = f"T{track.id} {TAGS.get(answer, answer)}".strip()
+        x0, y0, x1, _ = detection.box_px
+        tags.append(Tag((x0 + x1) / 2, y0 - 6, text, color))
     axes.imshow(image, interpolation="antialiased")
-    for (x0, y0, x1, _), color, text in labels:
-        _tag(axes, (x0 + x1) / 2, y0 - 6, color, text)
+    for tag in apart(tags, frame.info.width / 640):
+        _draw_tag(axes, tag)
 
 
-def _tag(axes: Any, x_px: float, y_px: float, color: pictures.Rgb8, text: str) -> None:
-    rgb = np.asarray(color) / 255.0
+@dataclass(frozen=True)
+class Tag:
+    """A word on an image: the middle of its lower edge, in pixels."""
+
+    x_px: float
+    y_px: float
+    text: str
+    color: pictures.Rgb8
+
+
+def apart(tags: Sequence[Tag], scale: float) -> list[Tag]:
+    """The tags, moved upwards until none covers another one or leaves the image at the top.
+
+    Args:
+        tags: where they would stand by themselves.
+        scale: image width over 640 pixels.
+    """
+    placed: list[Tag] = []
+    for tag in sorted(tags, key=lambda tag: -tag.y_px):
+        y_px = max(tag.y_px, TAG_HEIGHT_PX * scale)
+        while any(_cover(replace(tag, y_px=y_px), other, scale) for other in placed):
+            y_px -= 2.0 * scale
+        placed.append(replace(tag, y_px=y_px))
+    return placed
+
+
+def _cover(a: Tag, b: Tag, scale: float) -> bool:
+    room_px = (len(a.text) + len(b.text) + 1) / 2 * TAG_LETTER_PX * scale
+    return abs(a.x_px - b.x_px) < room_px and abs(a.y_px - b.y_px) < TAG_HEIGHT_PX * scale
+
+
+def _draw_tag(axes: Any, tag: Tag) -> None:
+    rgb = np.asarray(tag.color) / 255.0
     dark = float(rgb @ np.array([0.299, 0.587, 0.114])) < 0.55
     axes.text(
-        x_px,
-        max(y_px, 12),
-        text,
+        tag.x_px,
+        tag.y_px,
+        tag.text,
         fontsize=7.5,
         fontweight="bold",
         ha="center",
@@ -150,6 +197,25 @@ def _tag(axes: Any, x_px: float, y_px: float, color: pictures.Rgb8, text: str) -
         color="white" if dark else INK,
         bbox={"boxstyle": "round,pad=0.2", "facecolor": rgb, "edgecolor": "none"},
     )
+
+
+def _afterwards(axes: Any, observed: Observed, look: Step) -> None:
+    """What followed a look that only verified: the commands after it, and the end."""
+    axes.set_axis_off()
+    ended = observed.ended
+    lines = [f"{acted.action.replace('_', ' ')} {acted.status}" for acted in look.acted]
+    if ended is not None and ended.outcome == "grasped":
+        lines = ["lift verified", *lines]
+    for row, text in enumerate(lines):
+        axes.text(
+            0.5,
+            0.85 - 0.2 * row,
+            text,
+            ha="center",
+            fontsize=10,
+            transform=axes.transAxes,
+            color=GOOD if ended is not None and ended.outcome == "grasped" else INK,
+        )
 
 
 def _bars(axes: Any, believed: Believed | None, track: int | None, *, first: bool) -> None:
