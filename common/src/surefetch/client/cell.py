@@ -3,7 +3,6 @@
 import logging
 import queue
 from collections.abc import Iterator
-from types import TracebackType
 from typing import Final, Literal, Self
 
 from surefetch.common.bus import Bus
@@ -75,12 +74,7 @@ class Cell:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        where: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:

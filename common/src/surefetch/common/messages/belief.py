@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefetch.common import arrays
+from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.messages.base import Message, Name, Threshold, Xyz
 from surefetch.common.messages.observation import Box3d, Detection
 
@@ -20,6 +21,8 @@ class Update(Message, frozen=True, eq=False):
     backend: Name
     q: Name
     """Viewing condition."""
+    asked: AskedRelation
+    """How the target stands, as far as the instruction says."""
     counted: bool
     """False: this (view, cover state) was counted before; geometry only."""
     detections: tuple[Detection, ...]
