@@ -69,6 +69,7 @@ def update(seq: int, *detections: Detection, counted: bool = True, episode: str 
         profile="extended",
         backend=BACKEND,
         q="center",
+        asked="any",
         counted=counted,
         detections=detections,
     )

@@ -38,6 +38,7 @@ def walked(seed: int, *, covered: bool = False, relation: Relation | None = "ins
         target=None if relation is None else "target",
         relation=relation,
         graspable=("target",),
+        matches={},
         shots=(),
     )
     first = look("center", {1: "MI", 2: "MI"}, target_track=1, belief=UNSURE, relation=relation)

@@ -69,6 +69,16 @@ class ShotTruth(Message, frozen=True):
     bodies: dict[str, str | None]
 
 
+class BodyMatch(Message, frozen=True):
+    """Whether a body has what the target asks for; None: the target does not name it."""
+
+    color: bool | None
+    shape: bool | None
+    marking: bool | None
+    relation: Relation | None
+    """Where it stands, asked or not; None on the container's boundary."""
+
+
 class RecordingTruth(Message, frozen=True):
     """What only the scorer knows of a recorded scene."""
 
@@ -79,6 +89,8 @@ class RecordingTruth(Message, frozen=True):
     relation: Relation | None
     graspable: tuple[str, ...]
     """Bodies within the gripper's opening."""
+    matches: dict[str, BodyMatch]
+    """By name of the body."""
     shots: tuple[ShotTruth, ...]
 
     def bodies(self, state: State) -> dict[str, str | None]:

@@ -15,8 +15,18 @@ import numpy as np
 from surefetch.common.cell import Cell
 from surefetch.common.errors import InfrastructureError
 from surefetch.common.geometry import Array, rigid, rotation_z
-from surefetch.common.messages import AskTruth, Capture, FrameId, Observations, Observe, Truth
+from surefetch.common.messages import (
+    AskTruth,
+    Capture,
+    Frame,
+    FrameId,
+    Observations,
+    Observe,
+    Truth,
+)
+from surefetch.common.topics import FRAME
 from surefetch.evaluation import recording_labels, rejection
+from surefetch.evaluation.body_matches import body_matches
 from surefetch.evaluation.generate import GeneratedScene
 from surefetch.evaluation.recording import (
     FORMAT,
@@ -55,7 +65,7 @@ class Studio:
     def __init__(self, generated: GeneratedScene, cell: Cell, backend: str) -> None:
         self._generated = generated
         self._cell = cell
-        desk = Desk(f"{generated.scene.family}-{generated.scene.seed}")
+        self._desk = desk = Desk(f"{generated.scene.family}-{generated.scene.seed}")
         self._simulated = PybulletCell(cell)
         self._devices = pybullet_devices(self._simulated)
         self._executor = ExecutorService(
@@ -109,6 +119,10 @@ class Studio:
         """Drive to a view and take a frame."""
         self._drive(view)
         return self._executor.capture(Capture(episode=WHO, step=0)).frame
+
+    def frame(self, frame: FrameId) -> Frame:
+        """The pixels of a frame that was taken."""
+        return self._desk.ask(FRAME, frame, timeout_s=1.0)
 
     def perceive(self, frame: FrameId) -> Observations:
         """What perception says of a frame."""
@@ -177,6 +191,7 @@ class Studio:
             target=truth.target,
             relation=truth.relation,
             graspable=tuple(b.name for b in scene.bodies if not rejection.too_wide(b)),
+            matches=body_matches(scene, self._generated.target),
             shots=tuple(truths),
         )
 

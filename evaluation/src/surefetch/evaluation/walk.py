@@ -80,6 +80,7 @@ def _update(
         profile=profile,
         backend=recording.backend,
         q=condition_after(taken, cell),
+        asked=recording.target.relation,
         counted=True,
         detections=tuple(d for d in seen.detections if d.representative),
     )

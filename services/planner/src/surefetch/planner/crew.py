@@ -5,6 +5,7 @@ from typing import Final, TypeVar
 
 from surefetch.common.bus import Bus
 from surefetch.common.errors import InfrastructureError
+from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.messages import (
     Acting,
     AskFeasible,
@@ -81,8 +82,10 @@ class Crew:
         self._account.perceived(seen)
         return seen
 
-    def believe(self, seen: Observations, *, q: str, counted: bool, profile: str) -> BeliefReply:
-        """The belief after a look."""
+    def believe(
+        self, seen: Observations, *, q: str, asked: AskedRelation, counted: bool, profile: str
+    ) -> BeliefReply:
+        """The belief after a look; `asked` is the relation that the target is to have."""
         update = Update(
             episode=self._account.episode,
             step=self._account.step,
@@ -90,6 +93,7 @@ class Crew:
             profile=profile,
             backend=seen.backend,
             q=q,
+            asked=asked,
             counted=counted,
             detections=tuple(d for d in seen.detections if d.representative),
         )

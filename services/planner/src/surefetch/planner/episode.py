@@ -39,7 +39,13 @@ def turn(crew: Crew, account: Account, errand: Errand, before: EpisodeState) -> 
     frame = crew.capture()
     seen = crew.observe(frame, errand.target, _expected_q(errand, placed, frame))
     looked, heard = look(placed, errand.cell.informs, frame, seen)
-    believed = crew.believe(seen, q=heard.q, counted=heard.counted, profile=profile.name)
+    believed = crew.believe(
+        seen,
+        q=heard.q,
+        asked=errand.target.relation,
+        counted=heard.counted,
+        profile=profile.name,
+    )
     state = believe(looked, frame, believed)
     lost = given_up(state, profile.tries)
     if lost and not profile.outlives_failure:
