@@ -12,20 +12,20 @@ from surefetch.common.messages import Answer
 from surefetch.perception.answers.answer import identity
 from surefetch.perception.answers.faces import Bools
 from surefetch.perception.answers.look import Look
-from surefetch.perception.answers.tones import hue_gap, main_hue
+from surefetch.perception.answers.tones import GREY_VALUE, hue_gap, main_hue
 
 HUES_DEG: Final[dict[str, float]] = {
     "red": 2.0,
-    "orange": 25.0,
-    "yellow": 50.0,
+    "orange": 26.0,
+    "yellow": 52.0,
     "green": 130.0,
     "blue": 218.0,
-    "purple": 280.0,
+    "purple": 284.0,
 }
+OTHER_HUES_DEG: Final = (90.0, 174.0, 330.0)
+"""Lime, cyan and pink: none of the named."""
 COLORS: Final = (*HUES_DEG, "white", "black")
 HUE_UNIT_DEG: Final = 2.0
-GREY_VALUE: Final = 0.29
-"""Between the brightest parts of black and of shaded white."""
 GREY_UNIT: Final = 0.12
 WELL_SEEN_PX: Final = 60
 RIVAL_PX: Final = 12.0
@@ -50,8 +50,9 @@ def _chromatic(look: Look, own: Bools) -> tuple[dict[str, float], dict[str, floa
     used = steady if np.count_nonzero(steady) >= 20 else own
     hue = main_hue(hsv[used, 0], hsv[used, 1] * hsv[used, 2])
     away = {n: hue_gap(hue, c) for n, c in HUES_DEG.items()}
+    unnamed = min(hue_gap(hue, other) for other in OTHER_HUES_DEG)
     margins = {
-        name: 0.5 * (min(v for other, v in away.items() if other != name) - away[name])
+        name: 0.5 * (min([unnamed, *(v for n, v in away.items() if n != name)]) - away[name])
         for name in away
     }
     scores = {name: margin / HUE_UNIT_DEG for name, margin in margins.items()}

@@ -28,6 +28,10 @@ class Surfaces:
     solid: Solid
     hit: Bools
     """(n,) the ray meets the solid, or nearly"""
+    met: Bools
+    """(n,) the ray meets the solid"""
+    distance_m: Array
+    """(n,) along the ray, where it does"""
     on_top: Bools
     """(n,)"""
     side: NDArray[np.int64]
@@ -82,7 +86,8 @@ def _on_prism(solid: Solid, eye: Array, d: Array) -> Surfaces:
     over = np.maximum(over, -half - own[:, 2])
     on_top = face == len(azimuths)
     cosine = -np.take_along_axis(towards, face[:, None], axis=1)[:, 0]
-    return Surfaces(solid, over < MISS_M, on_top, np.where(on_top, -1, face), own, cosine)
+    side = np.where(on_top, -1, face)
+    return Surfaces(solid, over < MISS_M, over < 1e-9, depth[:, 0], on_top, side, own, cosine)
 
 
 def _on_ball(solid: Solid, eye: Array, d: Array) -> Surfaces:
@@ -96,5 +101,6 @@ def _on_ball(solid: Solid, eye: Array, d: Array) -> Surfaces:
     normal = from_center + depth[:, None] * d
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     cosine = -np.einsum("ni,ni->n", normal, d)
-    nowhere = np.full(len(d), -1)
-    return Surfaces(solid, hit, np.zeros(len(d), bool), nowhere, radius * normal, cosine)
+    nowhere, none = np.full(len(d), -1), np.zeros(len(d), bool)
+    met = gap2 < radius**2
+    return Surfaces(solid, hit, met, depth, none, nowhere, radius * normal, cosine)

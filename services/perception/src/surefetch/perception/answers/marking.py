@@ -8,8 +8,8 @@ from surefetch.perception.answers.look import Look
 from surefetch.perception.answers.patterns import PLAIN
 
 MARKINGS: Final = (PLAIN, "stripe", "dot", "cross")
-LEAST_PX: Final = 12.0
-COST_SHARE: Final = 0.5
+LEAST_PX: Final = 10.0
+COST_SHARE: Final = 0.35
 """Of the pixels that even the best explanation leaves unexplained."""
 
 

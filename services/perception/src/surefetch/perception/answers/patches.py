@@ -19,11 +19,10 @@ from surefetch.perception.answers.faces import Bools, Surfaces, outline_of
 
 CARRIERS_RAD: Final = (np.pi, -np.pi / 2)
 """World azimuths of the side faces that may carry a marking: front and right."""
-MAX_TURN_RAD: Final = float(np.radians(18.0))
-TURNS_RAD: Final = np.radians([-18.0, -12.0, -6.0, 0.0, 6.0, 12.0, 18.0])
+TURNS_RAD: Final = np.radians(np.arange(-18.0, 18.1, 3.0))
 ROUND_HALF_RAD: Final = float(np.pi / 4)
 HEXAGON_HALF_RAD: Final = float(np.pi / 6)
-ROUND_TOP_TURNS: Final = np.radians(np.arange(0.0, 180.0, 15.0))
+ROUND_TOP_TURNS: Final = np.radians(np.arange(0.0, 180.0, 7.5))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,9 +18,9 @@ from surefetch.perception.answers.patches import Patch
 
 PLAIN: Final = "plain"
 SIZES: Final[dict[str, Array]] = {
-    "stripe": np.linspace(0.22, 0.64, 8),
-    "dot": np.linspace(0.52, 0.92, 8),
-    "cross": np.linspace(0.12, 0.42, 8),
+    "stripe": np.linspace(0.22, 0.64, 12),
+    "dot": np.linspace(0.52, 0.92, 12),
+    "cross": np.linspace(0.12, 0.42, 12),
 }
 """Half widths relative to the face that cover about 30 to 60 % of it."""
 MIN_PREDICTED_PX: Final = 20.0

@@ -26,7 +26,7 @@ def _answers(scene: SceneView, candidate: Candidate, target: Target) -> Answers:
     pose_known = scene.surface.frame.T_world_camera is not None
     return Answers(
         color=None if target.color is None else color(look, target.color),
-        shape=None if target.shape is None else shape(candidate, target.shape),
+        shape=None if target.shape is None else shape(look, target.shape),
         marking=(
             None if target.marking is None else marking(look, target.marking, pose_known=pose_known)
         ),

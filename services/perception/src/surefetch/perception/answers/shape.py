@@ -2,11 +2,10 @@
 
 from typing import Final
 
-import numpy as np
-
 from surefetch.common.messages import Answer
 from surefetch.perception.answers.answer import identity
-from surefetch.perception.answers.look import rms_of
+from surefetch.perception.answers.boxes import cube_or_block
+from surefetch.perception.answers.look import Look
 from surefetch.perception.candidate import Candidate
 from surefetch.perception.solids import Kind, Solid
 
@@ -18,34 +17,40 @@ SOLIDS: Final[dict[str, Kind]] = {
     "hexagonal prism": "hexagonal prism",
 }
 RMS_UNIT: Final = 0.12
-"""Residuals this far apart are told apart."""
-ASPECT: Final = float(np.sqrt(1.6))
-"""Between a cube's longest by shortest side, 1, and a block's, at least 1.6."""
-ASPECT_UNIT: Final = 0.12
+"""Residuals this far apart are told apart, if the body is well seen."""
 WELL_SEEN_PX: Final = 150
 FREE_OCCLUSION: Final = 0.12
+BOX_UNIT_PX: Final = 10.0
+BOX_UNIT_SHARE: Final = 0.03
 
 
-def shape(candidate: Candidate, asked: str) -> Answer:
-    """Whether the body has the asked shape."""
+def shape(look: Look, asked: str) -> Answer:
+    """Whether the body has the asked shape.
+
+    The margin is by how much its solid fits better than all others; of boxes, also by how many
+    pixels fewer speak against a cube, or against a block.
+    """
+    candidate = look.candidate
     evidence = {"n_px": float(candidate.n_px), "occluded": candidate.occluded_share}
     if not candidate.fits:
         return identity(0.0, 1.0, evidence)
-    rms = rms_of(candidate)
+    rms = {kind: solid.rms for kind, solid in candidate.fits.items()}
     kind = SOLIDS[asked]
-    margin = (min(r for other, r in rms.items() if other != kind) - rms[kind]) / RMS_UNIT
+    margin = min(r for other, r in rms.items() if other != kind) - rms[kind]
+    score = margin / (RMS_UNIT * _doubt(candidate))
     evidence |= {f"rms_{name}": r for name, r in rms.items()}
-    if kind == "box":
-        tall = _aspect_margin(candidate.fits["box"])
-        evidence["aspect_margin"] = tall
-        margin = min(margin, tall if asked == "block" else -tall)
-    return identity(margin, _doubt(candidate), evidence)
+    if kind == "box" and score > -1.0:
+        longer = _longer(look, candidate.fits["box"])
+        evidence["block_score"] = longer
+        score = min(score, longer if asked == "block" else -longer)
+    return identity(score, 1.0, evidence)
 
 
-def _aspect_margin(box: Solid) -> float:
-    sides = (*box.size_m, box.top_m - box.base_m)
-    aspect = max(sides) / max(min(sides), 1e-3)
-    return float(np.log(aspect / ASPECT) / ASPECT_UNIT)
+def _longer(look: Look, box: Solid) -> float:
+    """How much rather a block than a cube."""
+    found = cube_or_block(look.window, box)
+    unit = BOX_UNIT_PX + BOX_UNIT_SHARE * look.candidate.n_px
+    return (found.against_cube_px - found.against_block_px) / unit
 
 
 def _doubt(candidate: Candidate) -> float:

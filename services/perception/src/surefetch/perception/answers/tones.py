@@ -2,7 +2,7 @@
 
 Lights change brightness but hardly hue, so a coloured body is told from its marking by hue and
 saturation. Bodies without hue (white, black) are told by brightness: a shadow darkens by less than
-the step from light to dark.
+the step from white to black.
 """
 
 from dataclasses import dataclass
@@ -17,13 +17,16 @@ from surefetch.perception.histogram import hsv_of
 
 MIN_CHROMA: Final = 0.075
 MIN_SATURATION: Final = 0.22
-COLORED_SHARE: Final = 0.2
+COLORED_SHARE: Final = 0.1
 """Markings are dark or light: this much of a hue is the body's, however large the marking."""
 HUE_STEP_DEG: Final = 25.0
 PALER: Final = 0.5
 """A pixel of less than this part of the body's saturation is no longer its colour."""
-SHADOW_RATIO: Final = 3.3
-"""Shadows darken by less than this."""
+GREY_VALUE: Final = 0.28
+"""Between the brightest parts of black and white in shadow."""
+BETWEEN_BLACK_AND_WHITE: Final = (0.18, 0.42)
+CUT_WIDTH: Final = 0.12
+"""In logarithms: pixels so near to a cut speak against it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,22 +87,14 @@ def hue_gap(a_deg: float, b_deg: float) -> float:
 
 
 def _dark(value: Array) -> Bools:
-    """(n,) the darker of two tones; nothing where one tone and its shadows explain all.
+    """(n,) pixels darker than the emptiest brightness between black and white.
 
-    Source: Otsu, A threshold selection method from gray-level histograms (1979), on log values.
+    Lit black stays below it, white in shadow above, and a body with both has few pixels between.
     """
-    level = np.log(np.maximum(value, 0.02))
-    ordered = np.sort(level)
-    n = len(ordered)
-    k = np.arange(1, n)
-    sums = np.cumsum(ordered)
-    means = sums[:-1] / k, (sums[-1] - sums[:-1]) / (n - k)
-    between = k * (n - k) * (means[1] - means[0]) ** 2
-    if n < 2:
-        return np.zeros(n, bool)
-    cut = int(between.argmax())
-    low, high = np.median(ordered[: cut + 1]), np.median(ordered[cut + 1 :])
-    if high - low < np.log(SHADOW_RATIO):
-        return np.zeros(n, bool)
-    dark: Bools = level <= ordered[cut]
+    level = np.log(np.maximum(value, 0.01))
+    cuts = np.log(np.linspace(*BETWEEN_BLACK_AND_WHITE, 17))
+    crossing = (np.abs(level[:, None] - cuts) < CUT_WIDTH).sum(0)
+    emptiest = np.flatnonzero(crossing == crossing.min())
+    usual = np.abs(cuts[emptiest] - np.log(GREY_VALUE)).argmin()
+    dark: Bools = level < cuts[emptiest[usual]]
     return dark
