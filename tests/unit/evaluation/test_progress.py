@@ -6,8 +6,10 @@ import made_up_episode
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from rich.console import Console
 
+from surefetch.common.messages import Perceived
 from surefetch.evaluation.progress import BAR_CELLS, Progress, bar
 
 
@@ -38,6 +40,38 @@ def shown(*, terminal: bool) -> str:
 )
 def test_everything_a_person_needs_is_said_without_a_terminal(words: str) -> None:
     assert words in shown(terminal=False)
+
+
+def test_a_look_that_only_verifies_is_no_step() -> None:
+    page = io.StringIO()
+    progress = Progress(Console(file=page, width=100, highlight=False))
+    events = made_up_episode.events()
+    for event in events:
+        progress.show(event)
+    again = next(e for e in reversed(events) if isinstance(e.happening, Perceived))
+    progress.show(again)
+    assert page.getvalue().splitlines()[-1].startswith("    seen after it:  2 candidates")
+    assert page.getvalue().count("step 1") == 1
+
+
+def test_a_reason_that_was_given_is_not_given_again() -> None:
+    page = io.StringIO()
+    progress = Progress(Console(file=page, width=100, highlight=False))
+    for event in made_up_episode.events()[:-1]:
+        progress.show(event)
+    said = page.getvalue()
+    because = "the red cylinder is the only one left"
+    progress.ended(replace(made_up_episode.ended(), outcome="deferred", because=because))
+    assert because not in page.getvalue().removeprefix(said)
+
+
+def test_long_sentences_go_on_below_their_beginning() -> None:
+    page = io.StringIO()
+    progress = Progress(Console(file=page, force_terminal=True, width=40, highlight=False))
+    progress.ended(replace(made_up_episode.ended(), because="word " * 20))
+    wrapped = [line for line in page.getvalue().splitlines() if "word" in line]
+    assert len(wrapped) > 2
+    assert all(line.startswith("  word") for line in wrapped)
 
 
 def test_no_control_codes_reach_a_file() -> None:

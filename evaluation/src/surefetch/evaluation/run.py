@@ -51,6 +51,8 @@ def _run(request: RunRequest, progress: Progress) -> dict[str, Any]:
     told = _told(request, scene, cell, finished)
     progress.wait("writing the run …")
     artifacts.write(request.out, told, finished.observed, finished.journals)
+    if told["verdict"] is not None:
+        progress.say(f"scored      {told['verdict'].replace('_', ' ')}", style="dim")
     progress.say(f"kept in     {request.out}", style="dim")
     return told
 
