@@ -1,28 +1,37 @@
 """Recordings on disk: ``DIR/FAMILY-SEED.recording``, and the scorer's own under ``DIR/truth/``.
 
+``truth/FAMILY-SEED.json`` says which body lies under each detection, ``.scene.json`` what is true
+of the scene.
+
 A scene counts as recorded when its `.recording` is there, because that file is written last.
 """
 
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 import msgspec
 
 from surefetch.common import codec
 from surefetch.common.errors import BadInput, CodecError
 from surefetch.evaluation.recording import FORMAT, Recording, RecordingTruth
+from surefetch.evaluation.scene_truth import SceneTruth
 from surefetch.evaluation.splits import FAMILIES
+
+T = TypeVar("T")
 
 MAX_BYTES: Final = 512 * 1024 * 1024
 SUFFIX: Final = ".recording"
 
 
-def save(folder: Path, recording: Recording, truth: RecordingTruth) -> None:
-    """Write both files of a scene; a crash in between leaves the scene unrecorded."""
+def save(
+    folder: Path, recording: Recording, truth: RecordingTruth, scene_truth: SceneTruth
+) -> None:
+    """Write the three files of a scene; a crash in between leaves the scene unrecorded."""
     (folder / "truth").mkdir(parents=True, exist_ok=True)
     stem = _stem(recording.family, recording.seed)
+    _write(folder / "truth" / f"{stem}.scene.json", msgspec.json.encode(scene_truth))
     _write(folder / "truth" / f"{stem}.json", msgspec.json.encode(truth))
     _write(folder / f"{stem}{SUFFIX}", codec.encode(recording, max_bytes=MAX_BYTES))
 
@@ -65,9 +74,17 @@ def load(folder: Path, family: str, seed: int) -> Recording:
 
 def load_truth(folder: Path, family: str, seed: int) -> RecordingTruth:
     """The scorer's file of one recording. Raises BadInput when it is missing or damaged."""
-    path = folder / "truth" / f"{_stem(family, seed)}.json"
+    return _read_truth(folder / "truth" / f"{_stem(family, seed)}.json", RecordingTruth)
+
+
+def load_scene_truth(folder: Path, family: str, seed: int) -> SceneTruth:
+    """What is true of a recorded scene itself. Raises BadInput when it is missing or damaged."""
+    return _read_truth(folder / "truth" / f"{_stem(family, seed)}.scene.json", SceneTruth)
+
+
+def _read_truth(path: Path, kind: type[T]) -> T:
     try:
-        return msgspec.json.decode(path.read_bytes(), type=RecordingTruth)
+        return msgspec.json.decode(path.read_bytes(), type=kind)
     except (OSError, msgspec.DecodeError) as error:
         raise BadInput(f"{path} is no readable truth: {error}\n  Record it again.") from None
 

@@ -41,6 +41,7 @@ def main_fit(argv: list[str]) -> int:
         prog="surefetch study fit",
         description="Fit the observation model, its future twin and the priors on development "
         "recordings; writes paper.json and extended.json, not yet calibrated.",
+        epilog="example: surefetch study fit dev --out fitted",
     )
     parser.add_argument("recordings", type=Path, metavar="DIR")
     parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
@@ -69,6 +70,7 @@ def main_calibrate(argv: list[str]) -> int:
         prog="surefetch study calibrate",
         description="Find the conformal threshold of fitted parameters, along exhaustive-look "
         "paths of calibration recordings; rewrites FOLDER/PROFILE.json.",
+        epilog="example: surefetch study calibrate calibration --parameters fitted",
     )
     parser.add_argument("recordings", type=Path, metavar="DIR")
     parser.add_argument("--parameters", type=Path, required=True, metavar="FOLDER")

@@ -11,7 +11,8 @@ from rich.table import Table
 
 from surefetch.common.cell import Cell, simulated_cell
 from surefetch.common.parameters import Parameters, read_parameters, shipped_parameters
-from surefetch.evaluation import gates, recording_store, splits
+from surefetch.evaluation import acceptance, gates, recording_store, splits
+from surefetch.evaluation.acceptance import Acceptance
 from surefetch.evaluation.believe import fresh_belief
 from surefetch.evaluation.gates import Gate, Walked
 from surefetch.evaluation.metrics import Scored, wilson
@@ -25,7 +26,9 @@ def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="surefetch study gates",
         description="Play five policies without judgement on recorded development scenes, with "
-        f"drawn outcomes (removal {gates.P_REMOVE}, view {gates.P_VIEW}, grasp {gates.P_GRASP}).",
+        f"drawn outcomes (removal {gates.P_REMOVE}, view {gates.P_VIEW}, grasp {gates.P_GRASP}). "
+        "Says too how many attempts at a scene the generator rejected, and why.",
+        epilog="example: surefetch study gates --recordings dev --parameters fitted/paper.json",
     )
     parser.add_argument("--recordings", type=Path, required=True, metavar="DIR")
     parser.add_argument("--parameters", type=Path, metavar="FILE", help="default: those that ship")
@@ -40,10 +43,14 @@ def main(argv: list[str]) -> int:
     cell = simulated_cell()
     played = gates.play_all(_walked(asked.recordings, parameters, cell), cell)
     judged = gates.judge(played)
+    accepted = acceptance.by_family(
+        recording_store.load_scene_truth(asked.recordings, family, seed) for family, seed in scenes
+    )
     if asked.json:
-        print(json.dumps(_plain(played, judged)))
+        print(json.dumps(_plain(played, judged, accepted)))
     else:
         _print(played, judged)
+        _print_accepted(accepted)
     return 0 if all(gate.passed for gate in judged) else 1
 
 
@@ -82,8 +89,25 @@ def _print(played: Mapping[str, Sequence[Scored]], judged: Sequence[Gate]) -> No
         )
 
 
-def _plain(played: Mapping[str, Sequence[Scored]], judged: Sequence[Gate]) -> dict[str, object]:
+def _print_accepted(accepted: Mapping[str, Acceptance]) -> None:
+    table = Table("family", "scenes", "attempts", "accepted", "rejected", title="The generator")
+    for family, one in accepted.items():
+        reasons = ", ".join(f"{reason} {n}" for reason, n in one.rejected.items())
+        rate = f"{100 * one.rate:.0f} %"
+        table.add_row(family, str(one.scenes), str(one.attempts), rate, reasons or "-")
+    Console().print(table)
+
+
+def _plain(
+    played: Mapping[str, Sequence[Scored]],
+    judged: Sequence[Gate],
+    accepted: Mapping[str, Acceptance],
+) -> dict[str, object]:
     return {
+        "generator": {
+            family: {"scenes": one.scenes, "attempts": one.attempts, "rejected": one.rejected}
+            for family, one in accepted.items()
+        },
         "policies": {
             name: {family: gates.share(episodes, family) for family in splits.FAMILIES}
             | {"all": gates.share(episodes), "episodes": len(episodes)}

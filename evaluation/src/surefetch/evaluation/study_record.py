@@ -84,8 +84,10 @@ def _made_with(backend: str) -> dict[str, object]:
 def record_one(job: Job) -> str:
     """Generate, record and save one scene; its address."""
     cv2.setNumThreads(1)
-    with Studio(generate(job.family, job.seed), simulated_cell(), job.backend) as studio:
-        recording_store.save(job.folder, *studio.record())
+    made = generate(job.family, job.seed)
+    with Studio(made, simulated_cell(), job.backend) as studio:
+        recording, truth = studio.record()
+    recording_store.save(job.folder, recording, truth, made.truth)
     return f"{job.family}:{job.seed}"
 
 
