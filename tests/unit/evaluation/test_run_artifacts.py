@@ -6,7 +6,7 @@ from pathlib import Path
 import made_up_episode
 import pytest
 
-from surefetch.common.errors import BadInput
+from surefetch.common.errors import BadInput, InfrastructureError
 from surefetch.evaluation import artifacts, view
 from surefetch.evaluation.observed import Observed
 from surefetch.evaluation.observed_journal import OBSERVER, ObservedJournal, read_observed
@@ -60,6 +60,12 @@ def test_a_run_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="JSON"):
         artifacts.write(tmp_path / "one", {"q": float("nan")}, made_up_episode.observed(), {})
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_disk_that_takes_nothing_is_said(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InfrastructureError, match="was not kept"):
+        artifacts.write(tmp_path / "file" / "one", TOLD, made_up_episode.observed(), {})
 
 
 def test_a_file_is_no_folder_for_a_run(tmp_path: Path) -> None:

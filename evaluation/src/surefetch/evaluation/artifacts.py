@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from surefetch.common.errors import BadInput
+from surefetch.common.errors import BadInput, InfrastructureError
 from surefetch.evaluation import recording_view, summary, trace_figure
 from surefetch.evaluation.observed import Observed
 from surefetch.evaluation.observed_journal import OBSERVER, read_observed
@@ -49,8 +49,10 @@ def write(
         told: the summary.
         observed: for the pictures.
         journals: contents by service, and `OBSERVER`'s.
+
+    Raises:
+        InfrastructureError: the disk does not take it; nothing is left.
     """
-    folder.parent.mkdir(parents=True, exist_ok=True)
     partial = folder.parent / f".{folder.name}.{os.getpid()}"
     try:
         (partial / JOURNALS).mkdir(parents=True)
@@ -61,6 +63,10 @@ def write(
         text = json.dumps(told, indent=1, allow_nan=False, ensure_ascii=False)
         (partial / SUMMARY).write_text(text + "\n", encoding="utf-8")
         _replace(partial, folder)
+    except OSError as error:
+        raise InfrastructureError(
+            f"the run was not kept: {folder} cannot be written: {error.strerror}"
+        ) from None
     finally:
         shutil.rmtree(partial, ignore_errors=True)
 

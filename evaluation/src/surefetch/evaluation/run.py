@@ -47,6 +47,8 @@ def _run(request: RunRequest, progress: Progress) -> dict[str, Any]:
         scene = _scene(request, progress)
         finished = _episode(request, scene, cell, progress)
         progress.ended(finished.ended)
+        for service, words in cell.last_words().items():
+            print(f"surefetch: the last words of {service}:\n{words}", file=sys.stderr)
         progress.wait("ending the services …")
     told = _told(request, scene, cell, finished)
     progress.wait("writing the run …")

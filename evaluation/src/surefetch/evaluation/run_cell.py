@@ -60,6 +60,12 @@ class LiveCell:
             return ""
         return f"killed by signal {-status}" if status < 0 else f"ended with status {status}"
 
+    def last_words(self) -> dict[str, str]:
+        """What services wrote at last that this run has started and that have ended."""
+        if self.started is None:
+            return {}
+        return {service: self.started.log_tail(service) for service in self.started.died()}
+
 
 @contextmanager
 def open_cell(wanted: CellWanted, say: Callable[[str], None]) -> Iterator[LiveCell]:
