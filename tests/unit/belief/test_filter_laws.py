@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from surefetch.belief.filter import FLOOR, Memory, Model, Seen, Step, step
+from surefetch.belief.evidence import CategoryEvidence, Seen
+from surefetch.belief.filter import FLOOR, Memory, Model, Step, step
 from surefetch.common.emission import Emission
 from surefetch.common.hypotheses import CLASSES, OBSERVATIONS
 from surefetch.common.parameters import PRINTED
@@ -45,7 +46,7 @@ def fold(looks: list[Look], model: Model) -> list[Step]:
 
 
 def model_of(table: dict[str, dict[str, list[int]]]) -> Model:
-    return Model(Emission(table), PRINTED)
+    return Model(CategoryEvidence(Emission(table)), PRINTED)
 
 
 @settings(deadline=None)

@@ -27,22 +27,34 @@ class Emission:
 
     def likelihood(self, q: str) -> Array:
         """E(y | q, c) as (classes, observations), in the orders of `hypotheses`."""
-        pooled = _smoothed(sum((_table(view) for view in self.counts.values()), _table({})))
+        everywhere = sum((_table(view) for view in self.counts.values()), _table({}))
         if self.pooled_views:
-            return pooled
-        seen = _table(self.counts.get(q, {}))
-        n = seen.sum(axis=1, keepdims=True)
-        w = n / (n + 1.0)
-        mixed: Array = w * _smoothed(seen) + (1.0 - w) * pooled
-        return mixed
+            return smoothed(everywhere)
+        return pooled(_table(self.counts.get(q, {})), everywhere)
+
+
+def pooled(here: Array, everywhere: Array) -> Array:
+    """Distributions from counts of one viewing condition, leaning on all views where they are few.
+
+    Args:
+        here: (classes, labels) counts under this condition.
+        everywhere: the same over all conditions.
+
+    Source: paper, eq:pooled-emission.
+    """
+    n = here.sum(axis=1, keepdims=True)
+    w = n / (n + 1.0)
+    mixed: Array = w * smoothed(here) + (1.0 - w) * smoothed(everywhere)
+    return mixed
+
+
+def smoothed(counts: Array) -> Array:
+    """Rows of counts to distributions, one added to every count."""
+    more: Array = (counts + 1.0) / (counts.sum(axis=1, keepdims=True) + counts.shape[1])
+    return more
 
 
 def _table(by_class: Mapping[str, Sequence[int]]) -> Array:
     """Counts of one viewing condition as (classes, observations); zeros where unseen."""
     none = (0,) * len(OBSERVATIONS)
     return np.array([by_class.get(name, none) for name in CLASSES], dtype=np.float64)
-
-
-def _smoothed(counts: Array) -> Array:
-    smoothed: Array = (counts + 1.0) / (counts.sum(axis=1, keepdims=True) + counts.shape[1])
-    return smoothed

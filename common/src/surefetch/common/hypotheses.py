@@ -7,6 +7,7 @@ ABS: Final = "abs"
 
 Relation = Literal["inside", "outside"]
 AskedRelation = Literal["inside", "outside", "any"]
+ASKED: Final[tuple[AskedRelation, ...]] = ("inside", "outside", "any")
 RELATIONS: Final[tuple[Relation, ...]] = ("inside", "outside")
 NEEDS_OPEN: Final[frozenset[Relation]] = frozenset({"inside"})
 """Relations in which a track can be grasped from an open container only."""

@@ -12,9 +12,10 @@ from typing import Annotated, Final, Literal
 
 import msgspec
 
+from surefetch.common.answer_tables import AnswerTables, ParameterValue, Probability
 from surefetch.common.emission import Emission
 from surefetch.common.errors import BadInput
-from surefetch.common.hypotheses import CLASSES, OBSERVATIONS, RELATIONS
+from surefetch.common.hypotheses import ASKED, CLASSES, OBSERVATIONS, RELATIONS, AskedRelation
 from surefetch.common.messages import Name, Text
 
 FORMAT: Final = 1
@@ -22,7 +23,9 @@ PROFILES: Final = ("paper", "extended")
 FULL: Final = "full"
 """The calibration of the belief with nothing taken out."""
 
-Probability = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+PAPER_TEMPERING: Final = 0.5
+"""The n-th observation of a track counts with exponent n^-γ. Source: eq:runtime-belief-update."""
+
 CountRow = Annotated[
     tuple[Annotated[int, msgspec.Meta(ge=0)], ...],
     msgspec.Meta(min_length=len(OBSERVATIONS), max_length=len(OBSERVATIONS)),
@@ -31,10 +34,6 @@ CountTable = dict[str, dict[str, CountRow]]
 """N(q, c, y) as ``[q][class]``."""
 PairedTable = dict[str, CountTable]
 """N(a, y0, c, y) as ``[action][y0][class]``."""
-
-
-class ParameterValue(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A frozen part of a parameter file; unknown and missing keys are errors."""
 
 
 class Provenance(ParameterValue, frozen=True):
@@ -51,8 +50,8 @@ class Provenance(ParameterValue, frozen=True):
     note: Text
 
 
-class Priors(ParameterValue, frozen=True):
-    """Chances before any answer, and of interactions that succeed."""
+class BeliefPriors(ParameterValue, frozen=True):
+    """Chances before any answer."""
 
     relation: dict[str, Probability]
     """π_R, over the relations."""
@@ -64,6 +63,11 @@ class Priors(ParameterValue, frozen=True):
     """b0 of all tracks together."""
     birth: Probability
     """β_birth, the share of unobs that new tracks take."""
+
+
+class Priors(BeliefPriors, frozen=True):
+    """Chances before any answer, and of interactions that succeed."""
+
     p_remove: Probability
     p_grasp: Probability
 
@@ -104,11 +108,21 @@ class Parameters(ParameterValue, frozen=True):
     paired: PairedTable
     calibrations: dict[str, Calibration]
     """By variant of the belief: `full`, and the ablations that change the belief."""
+    asked_prior: dict[AskedRelation, BeliefPriors] | None = None
+    """Priors by asked relation, in the place of those for all; null: off."""
+    attribute_evidence: AnswerTables | None = None
+    """The four answers as evidence of their own, in the place of `emissions`; null: off."""
+    tempering: Annotated[float, msgspec.Meta(ge=0.0)] = PAPER_TEMPERING
+    """γ: the n-th observation of a track counts with exponent n^-γ."""
     format: Literal[1] = FORMAT
 
     def emission(self, *, pooled_views: bool = False) -> Emission:
         """The observation model."""
         return Emission(self.emissions, pooled_views=pooled_views)
+
+    def belief_priors(self, asked: AskedRelation) -> BeliefPriors:
+        """What is believed before any answer when this relation is asked for."""
+        return self.priors if self.asked_prior is None else self.asked_prior[asked]
 
     def calibration(self, variant: str = FULL) -> Calibration:
         """The calibration of one variant of the belief. Raises BadInput if it was not made."""
@@ -206,8 +220,12 @@ def _check_words(parameters: Parameters) -> None:
         "class", CLASSES, {c for table in (*parameters.emissions.values(), *paired) for c in table}
     )
     _known("observation", OBSERVATIONS, {y for by_y0 in parameters.paired.values() for y in by_y0})
-    if set(parameters.priors.relation) != set(RELATIONS):
-        raise ValueError(f"priors.relation must have {', '.join(RELATIONS)}")
+    by_asked = {} if parameters.asked_prior is None else parameters.asked_prior
+    if parameters.asked_prior is not None and set(by_asked) != set(ASKED):
+        raise ValueError(f"asked_prior must have {', '.join(ASKED)}")
+    for priors in (parameters.priors, *by_asked.values()):
+        if set(priors.relation) != set(RELATIONS):
+            raise ValueError(f"the relation of every prior must have {', '.join(RELATIONS)}")
     if FULL not in parameters.calibrations:
         raise ValueError(f'calibrations must have "{FULL}"')
 

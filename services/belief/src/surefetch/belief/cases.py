@@ -11,7 +11,8 @@ import msgspec
 
 from surefetch.belief import filter as belief_filter
 from surefetch.belief.association import Place, associate
-from surefetch.belief.filter import Memory, Model, Seen
+from surefetch.belief.evidence import CategoryEvidence, Seen
+from surefetch.belief.filter import Memory, Model
 from surefetch.common.cases import (
     Case,
     Emissions,
@@ -133,7 +134,7 @@ class FilterCase(Case, frozen=True):
     def solve(self) -> dict[str, Any]:
         """The belief and the conformal set after each step."""
         emission = Emission(self.emissions, pooled_views=self.options.pooled_views)
-        model = Model(emission, PRINTED, factorized=self.options.factorized)
+        model = Model(CategoryEvidence(emission), PRINTED, factorized=self.options.factorized)
         memory = Memory() if self.start is None else self.start.memory()
         answers = []
         for case_step in self.steps:

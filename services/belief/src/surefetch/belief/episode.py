@@ -6,12 +6,16 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import msgspec
+import numpy as np
 
 from surefetch.belief import filter as belief_filter
-from surefetch.belief.filter import Memory, Model, Seen
+from surefetch.belief.attribute_evidence import AttributeEvidence
+from surefetch.belief.evidence import NOTHING, CategoryEvidence, Evidence, Seen
+from surefetch.belief.filter import Memory, Model
 from surefetch.belief.tracking import Tracked, track
 from surefetch.common import codec
 from surefetch.common.conformal import conformal_set
+from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.messages import Assigned, BeliefReply, Track, Update
 from surefetch.common.observations import observation_of
 from surefetch.common.parameters import Parameters
@@ -46,7 +50,7 @@ def step(before: EpisodeBelief, update: Update) -> tuple[EpisodeBelief, BeliefRe
     tracked = track(update.detections, before.tracks, update.step)
     labels = [None if d.answers is None else observation_of(d.answers) for d in update.detections]
     seen = [
-        Seen(detection.id, number, label if update.counted else None)
+        Seen(detection.id, number, label if update.counted else None, detection.answers)
         for detection, number, label in zip(
             update.detections, tracked.track_of, labels, strict=True
         )
@@ -67,13 +71,22 @@ def step(before: EpisodeBelief, update: Update) -> tuple[EpisodeBelief, BeliefRe
         q_hat=before.rules.q_hat,
         digest=before.digest,
     )
-    reply = msgspec.structs.replace(reply, digest=_digest(reply))
+    reply = msgspec.structs.replace(reply, digest=_digest(reply, done.memory))
     return EpisodeBelief(before.rules, tracks, done.memory, reply.digest), reply
 
 
-def rules_of(parameters: Parameters) -> Rules:
-    """What the belief needs of a profile's fitted numbers."""
-    return Rules(Model(parameters.emission(), parameters.priors), parameters.q_hat())
+def rules_of(parameters: Parameters, asked: AskedRelation) -> Rules:
+    """What the belief needs of a profile's fitted numbers when this relation is asked for."""
+    model = Model(
+        _evidence(parameters, asked), parameters.belief_priors(asked), parameters.tempering
+    )
+    return Rules(model, parameters.q_hat())
+
+
+def _evidence(parameters: Parameters, asked: AskedRelation) -> Evidence:
+    if parameters.attribute_evidence is None:
+        return CategoryEvidence(parameters.emission())
+    return AttributeEvidence(parameters.attribute_evidence, asked)
 
 
 def _with_evidence(
@@ -109,6 +122,10 @@ def _assigned(
     )
 
 
-def _digest(reply: BeliefReply) -> str:
-    """Of this reply and, through the digest that it carries, of all before it."""
-    return hashlib.sha256(codec.encode(reply, max_bytes=MAX_REPLY_BYTES)).hexdigest()
+def _digest(reply: BeliefReply, memory: Memory) -> str:
+    """Of this reply, what is known of its tracks and, through its digest, of all before it."""
+    known = [memory.known.get(track.id, NOTHING) for track in reply.tracks]
+    learnt = np.array([number for of_track in known for number in of_track])
+    return hashlib.sha256(
+        codec.encode(reply, max_bytes=MAX_REPLY_BYTES) + learnt.tobytes()
+    ).hexdigest()

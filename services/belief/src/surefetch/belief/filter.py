@@ -7,23 +7,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from surefetch.common.emission import Emission
-from surefetch.common.hypotheses import OBSERVATIONS, RELATIONS
+from surefetch.belief.evidence import NOTHING, Evidence, Known, Seen
+from surefetch.common.hypotheses import RELATIONS
 from surefetch.common.joint_belief import JointBelief, factorized
-from surefetch.common.parameters import Priors
+from surefetch.common.parameters import PAPER_TEMPERING, BeliefPriors
 
 Array = NDArray[np.float64]
 
 FLOOR: Final = 1e-300
-
-
-@dataclass(frozen=True)
-class Seen:
-    """One detection after association; y is None where it carries no observation."""
-
-    id: str
-    track: int
-    y: str | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +24,8 @@ class Memory:
     belief: JointBelief | None = None
     n_observations: Mapping[int, int] = field(default_factory=dict)
     """Counted observations by track."""
+    known: Mapping[int, Known] = field(default_factory=dict)
+    """What the evidence has learnt of each observed track."""
     counted_ids: frozenset[str] = frozenset()
 
 
@@ -52,8 +45,10 @@ class Step:
 class Model:
     """The numbers and switches of the filter."""
 
-    emission: Emission
-    priors: Priors
+    evidence: Evidence
+    priors: BeliefPriors
+    tempering: float = PAPER_TEMPERING
+    """γ: the n-th observation of a track counts with exponent n^-γ."""
     factorized: bool = False
 
 
@@ -65,21 +60,35 @@ def step(memory: Memory, tracks: Sequence[int], seen: Sequence[Seen], q: str, mo
         tracks: ids of all tracks that exist after this step's association, increasing.
         seen: this step's detections, in order.
         q: viewing condition.
-        model: emission, priors and switches.
+        model: evidence, priors and switches.
 
     Source: paper, eq:initial-belief, eq:track-birth, eq:runtime-belief-update.
     """
     prior = _prior(memory.belief, tuple(tracks), model.priors)
     counted = which_count(seen, memory.counted_ids)
     fresh = [s for s, counts in zip(seen, counted, strict=True) if counts]
-    n_observations = dict(memory.n_observations)
-    for s in fresh:
-        n_observations[s.track] = n_observations.get(s.track, 0) + 1
-    belief = update(prior, fresh, n_observations, model.emission.likelihood(q))
+    weigh = model.evidence.under(q)
+    weighed = {s.track: weigh(s, memory.known.get(s.track, NOTHING)) for s in fresh}
+    n_observations = dict(memory.n_observations) | {
+        i: memory.n_observations.get(i, 0) + 1 for i in weighed
+    }
+    likelihoods = {
+        i: (w.likelihood, n_observations[i] ** -model.tempering) for i, w in weighed.items()
+    }
+    belief = update(prior, likelihoods)
     if model.factorized:
         belief = replace(belief, p_tracked=factorized(belief.p_tracked))
-    counted_ids = memory.counted_ids | {s.id for s in fresh}
-    return Step(Memory(belief, n_observations, counted_ids), belief, prior, counted)
+    return Step(
+        Memory(
+            belief,
+            n_observations,
+            dict(memory.known) | {i: w.known for i, w in weighed.items()},
+            memory.counted_ids | {s.id for s in fresh},
+        ),
+        belief,
+        prior,
+        counted,
+    )
 
 
 def which_count(seen: Sequence[Seen], counted_before: frozenset[str]) -> tuple[bool, ...]:
@@ -95,7 +104,7 @@ def which_count(seen: Sequence[Seen], counted_before: frozenset[str]) -> tuple[b
     return tuple(counted)
 
 
-def initial(tracks: tuple[int, ...], priors: Priors) -> JointBelief:
+def initial(tracks: tuple[int, ...], priors: BeliefPriors) -> JointBelief:
     """b0, from the tracks of the first tracking pass.
 
     Source: paper, eq:initial-belief.
@@ -107,7 +116,7 @@ def initial(tracks: tuple[int, ...], priors: Priors) -> JointBelief:
     return JointBelief(tracks, p_tracked, priors.unobserved, priors.absent)
 
 
-def birth(belief: JointBelief, tracks: tuple[int, ...], priors: Priors) -> JointBelief:
+def birth(belief: JointBelief, tracks: tuple[int, ...], priors: BeliefPriors) -> JointBelief:
     """New tracks take their share of unobs; nothing else moves.
 
     Source: paper, eq:track-birth.
@@ -121,9 +130,7 @@ def birth(belief: JointBelief, tracks: tuple[int, ...], priors: Priors) -> Joint
     return JointBelief(tracks, p_tracked, (1.0 - priors.birth) * belief.p_unobs, belief.p_abs)
 
 
-def update(
-    prior: JointBelief, fresh: Sequence[Seen], n_observations: Mapping[int, int], E: Array
-) -> JointBelief:
+def update(prior: JointBelief, likelihoods: Mapping[int, tuple[Array, float]]) -> JointBelief:
     """Floor, multiply by the tempered likelihoods, normalise.
 
     Every observation has the distractor likelihood under all hypotheses but its own track's, so
@@ -132,28 +139,25 @@ def update(
 
     Args:
         prior: b⁻.
-        fresh: the counted observations, at most one a track.
-        n_observations: by track, the current one included.
-        E: likelihoods (classes, observations), the distractor last.
+        likelihoods: by observed track, (classes,) of its observation with the distractor last,
+            and the exponent that tempers it.
 
     Source: paper, eq:runtime-belief-update.
     """
-    ratio = E[:-1] / E[-1]  # (relations, observations)
     p_tracked = np.maximum(prior.p_tracked, FLOOR)
-    for s in fresh:
-        if s.y is None:
-            continue
-        tempering = n_observations[s.track] ** -0.5
-        p_tracked[prior.tracks.index(s.track)] *= ratio[:, OBSERVATIONS.index(s.y)] ** tempering
+    for i, (by_class, exponent) in likelihoods.items():
+        p_tracked[prior.tracks.index(i)] *= (by_class[:-1] / by_class[-1]) ** exponent
     p_unobs, p_abs = max(prior.p_unobs, FLOOR), max(prior.p_abs, FLOOR)
     total = p_tracked.sum() + p_unobs + p_abs
     return JointBelief(prior.tracks, p_tracked / total, p_unobs / total, p_abs / total)
 
 
-def _prior(belief: JointBelief | None, tracks: tuple[int, ...], priors: Priors) -> JointBelief:
+def _prior(
+    belief: JointBelief | None, tracks: tuple[int, ...], priors: BeliefPriors
+) -> JointBelief:
     return initial(tracks, priors) if belief is None else birth(belief, tracks, priors)
 
 
-def _pi(priors: Priors) -> Array:
+def _pi(priors: BeliefPriors) -> Array:
     """π_R in the order of the relations."""
     return np.array([priors.relation[relation] for relation in RELATIONS])

@@ -86,7 +86,7 @@ class BeliefService:
     def _rules(self, update: Update) -> Rules:
         parameters = self._parameters_of(update.profile)
         check_origin(parameters, cell=self._cell, backend=update.backend)
-        return rules_of(parameters)
+        return rules_of(parameters, update.asked)
 
 
 def _stored(answered: Look, reply: BeliefReply, again: Update) -> BeliefReply:
