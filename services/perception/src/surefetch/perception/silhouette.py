@@ -17,11 +17,11 @@ from surefetch.perception.surface import Floats
 BEHIND_M: Final = 0.008
 MAX_NOTCH_SHARE: Final = 0.04
 """Of the hull's area; more is no single body."""
-MIN_DEFECT_PX: Final = 2.5
+MIN_DEFECT_PX: Final = 3.0
 MIN_DEFECT_SHARE: Final = 0.05
 """Depth of a notch over the square root of the area"""
-MIN_PART_SHARE: Final = 0.15
-MIN_PART_PX: Final = 60
+MIN_PART_SHARE: Final = 0.2
+MIN_PART_PX: Final = 100
 _MARGIN: Final = 3
 
 Point = NDArray[np.int32]
