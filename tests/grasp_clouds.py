@@ -16,6 +16,7 @@ from surefetch.executor.scene_meshes import ball, outline, prism
 
 HAND: Hand = rg6(ur10e.camera_mount(simulated_cell().camera))
 SPACING_M = 0.005
+THIN_TO_M = 0.002
 SHAPES: tuple[Shape, ...] = ("cube", "block", "cylinder", "ball", "hexagonal prism")
 
 
@@ -35,7 +36,7 @@ class Upright:
         x, y, z = self.size_m
         mesh = ball(x, z) if self.shape == "ball" else prism(outline(self.shape, (x, y)), z)
         corners = mesh.vertices_m[mesh.triangles]
-        local = np.concatenate([_on_triangle(a, b, c) for a, b, c in corners])
+        local = _thinned(np.concatenate([_on_triangle(a, b, c) for a, b, c in corners]))
         turned = local @ rotation_z(self.yaw_rad).T
         placed: Array = turned + np.array([*self.at_m, self.on_m + z / 2.0])
         return placed
@@ -48,6 +49,13 @@ def _on_triangle(a: Array, b: Array, c: Array) -> Array:
     inside = u + v <= 1.0 + 1e-9
     points: Array = a + u[inside][:, None] * (b - a) + v[inside][:, None] * (c - a)
     return points
+
+
+def _thinned(points_m: Array) -> Array:
+    """One of the points in every small cube: the triangles of round bodies are narrow."""
+    _, first = np.unique(np.floor(points_m / THIN_TO_M), axis=0, return_index=True)
+    thinned: Array = points_m[first]
+    return thinned
 
 
 def wall(center_m: tuple[float, float], size_m: tuple[float, float, float]) -> Array:

@@ -145,9 +145,7 @@ def _thought_of(target: _Target, hand: Hand) -> _Grasps:
 
 def _angles(footprint: Footprint) -> tuple[Array, Array]:
     """Yaws and tilts (g,): all around, and along the sides of the tightest rectangle."""
-    fine = np.linspace(0.0, np.pi / 2.0, 90, endpoint=False)
-    area = footprint.half_width_m(fine) * footprint.half_width_m(fine + np.pi / 2.0)
-    square = fine[area.argmin()] + np.pi / 2.0 * np.arange(4)
+    square = footprint.yaw_rad + np.pi / 2.0 * np.arange(4)
     upright, tilted = (
         np.concatenate([square, 2.0 * np.pi * np.arange(n) / n]) for n in (EVEN_YAWS, TILTED_YAWS)
     )
