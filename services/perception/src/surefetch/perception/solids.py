@@ -24,7 +24,8 @@ N_POINTS: Final = 160
 N_OUTLINE: Final = 48
 BALL_FLAT_M: Final = 0.002
 """Balls are flattened by this where they stand."""
-_CLIPS: Final = (15.0,) * 6 + (3.0,) * 5
+_N_COARSE: Final = 6
+_CLIPS: Final = (15.0,) * _N_COARSE + (3.0,) * 5
 """Per iteration: residuals count up to this many standard deviations; at first a start that is off
 must still see where to go."""
 _CLIP: Final = _CLIPS[-1]
@@ -85,7 +86,16 @@ def fit(objects: Sequence[Seen], view: View) -> list[dict[Kind, Solid]]:
     """The best solid of each kind for each object."""
     if not objects:
         return []
-    by_kind = {kind: _fit_kind(kind, objects, view) for kind in KINDS}
+    by_kind: dict[Kind, list[Solid]] = {}
+    for kind in ("cylinder", "ball", "box"):
+        by_kind[kind] = _fit_kind(kind, objects, view, [_starts(kind, seen) for seen in objects])
+    around = [
+        _prisms_around(cylinder, seen)
+        for cylinder, seen in zip(by_kind["cylinder"], objects, strict=True)
+    ]
+    by_kind["hexagonal prism"] = _fit_kind(
+        "hexagonal prism", objects, view, around, _CLIPS[_N_COARSE:]
+    )
     return [{kind: by_kind[kind][i] for kind in KINDS} for i in range(len(objects))]
 
 
@@ -105,14 +115,19 @@ class _Batch:
     """(b,)"""
 
 
-def _fit_kind(kind: Kind, objects: Sequence[Seen], view: View) -> list[Solid]:
-    starts = [_starts(kind, seen) for seen in objects]
+def _fit_kind(
+    kind: Kind,
+    objects: Sequence[Seen],
+    view: View,
+    starts: Sequence[Array],
+    clips: Sequence[float] = _CLIPS,
+) -> list[Solid]:
     n_starts = len(starts[0])
     batch = _batch([seen for seen in objects for _ in range(n_starts)], view)
     params = np.concatenate(starts)
     damping = np.full(len(params), 1e-2)
     residuals = _residuals(kind, params, batch, view)
-    for clip in _CLIPS:
+    for clip in clips:
         step = _gauss_newton(kind, params, residuals, damping, clip, batch, view)
         tried = params + step
         new_residuals = _residuals(kind, tried, batch, view)
@@ -147,7 +162,7 @@ def _starts(kind: Kind, seen: Seen) -> Array:
     """First guesses (starts, p).
 
     Parameters: x, y, then ball: radius; cylinder: radius, top; box: yaw, length, width, top;
-    hexagonal prism: yaw, distance across flats, top.
+    hexagonal prism, which starts from the cylinder: yaw, distance across flats, top.
     """
     x, y = seen.center_m
     width, top = seen.width_m, seen.top_m
@@ -155,11 +170,18 @@ def _starts(kind: Kind, seen: Seen) -> Array:
         return np.array([[x, y, 0.5 * width]])
     if kind == "cylinder":
         return np.array([[x, y, 0.5 * width, top]])
-    if kind == "box":
-        turns = seen.yaw_rad + np.array([0.0, np.pi / 6, np.pi / 3])
-        return np.array([[x, y, yaw, width, width, top] for yaw in turns])
-    turns = seen.yaw_rad + np.array([0.0, np.pi / 9, 2 * np.pi / 9])
-    return np.array([[x, y, yaw, width, top] for yaw in turns])
+    turns = seen.yaw_rad + np.array([0.0, np.pi / 6, np.pi / 3])
+    return np.array([[x, y, yaw, width, width, top] for yaw in turns])
+
+
+def _prisms_around(cylinder: Solid, seen: Seen) -> Array:
+    """Six-sided prisms of the same area as a fitted cylinder, in turns of 10 degrees.
+
+    A rough start would settle at any turn.
+    """
+    across = cylinder.size_m[0] * float(np.sqrt(np.pi / (2 * np.sqrt(3.0))))
+    turns = seen.yaw_rad + np.arange(6) * (np.pi / 18)
+    return np.array([[cylinder.x_m, cylinder.y_m, yaw, across, cylinder.top_m] for yaw in turns])
 
 
 def _cost(residuals: Array, clip: float) -> Array:
