@@ -32,6 +32,7 @@ RETRACTION_STEP_M = 1e-5
 HOLD_FORCE_N = 200.0
 ATTACH_FORCE_N = 10_000.0
 ATTACH_REACH_M = 0.06
+LEAVING_STEPS = 12
 LOST_AT_M = 0.015
 """A held body that has moved this far in the hand has slipped out."""
 
@@ -46,6 +47,7 @@ class SimulatedRobot:
         self._client = world.client
         self._model = grip_model
         self._held: tuple[int, int, Array] | None = None
+        self._leaving: tuple[int, int] | None = None
         self._target_m = 0.0
         self._drawn_back_for_m = np.inf
         with tempfile.TemporaryDirectory() as folder:
@@ -128,8 +130,25 @@ class SimulatedRobot:
         if abs(width_m - self._drawn_back_for_m) > RETRACTION_STEP_M:
             self._draw_back(width_m)
         self._world.step()
+        self._count_leaving()
         if self._held is not None and self._slip_m() > LOST_AT_M:
             self.release()
+
+    def _let_touch(self, index: int, may: bool) -> None:
+        """Switch contacts between the fingers and a thing."""
+        for finger in self._fingers:
+            pybullet.setCollisionFilterPair(
+                self._uid, self._world.uids[index], finger, -1, may, physicsClientId=self._client
+            )
+
+    def _count_leaving(self) -> None:
+        """After a release, let pads and thing touch again in time."""
+        if self._leaving is None:
+            return
+        index, left = self._leaving
+        self._leaving = (index, left - 1) if left > 1 else None
+        if self._leaving is None:
+            self._let_touch(index, True)
 
     def _draw_back(self, width_m: float) -> None:
         """Aim the retraction at what belongs to an opening."""
@@ -164,10 +183,19 @@ class SimulatedRobot:
         return index
 
     def release(self) -> None:
-        """Let go of what a constraint holds."""
-        if self._held is not None:
-            pybullet.removeConstraint(self._held[0], physicsClientId=self._client)
-            self._held = None
+        """Let go of what a constraint holds.
+
+        Until the pads have left it they do not touch it. Between a box and a cylinder that were
+        squeezed together the engine finds some contacts with inverted normals, and these would
+        keep the fingers from opening.
+        """
+        if self._held is None:
+            return
+        constraint, index, _ = self._held
+        pybullet.removeConstraint(constraint, physicsClientId=self._client)
+        self._held = None
+        self._let_touch(index, False)
+        self._leaving = (index, LEAVING_STEPS)
 
     def held(self) -> int | None:
         """The thing in the hand now, as an index into the world's things."""
