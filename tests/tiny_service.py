@@ -53,6 +53,8 @@ class TinyPlanner:
     def cancel(self, request: Cancel) -> Empty:
         if request.episode == "crash":
             raise ValueError("crashed on purpose")
+        if request.episode == "signal":
+            signal.pthread_kill(threading.get_ident(), signal.SIGTERM)
         self.cancelled.append(request.episode)
         return Empty()
 

@@ -129,6 +129,14 @@ def test_a_signal_ends_an_idle_service_at_once(tiny: Tiny, number: signal.Signal
     assert time.monotonic() - start_s < 0.7
 
 
+def test_a_signal_that_another_thread_gets_ends_the_service_all_the_same(tiny: Tiny) -> None:
+    """The kernel may give it to any thread; Python runs the handler in the main one alone."""
+    start_s = time.monotonic()
+    tiny.bus.ask(CANCEL, Cancel(episode="signal"), timeout_s=2.0)
+    assert tiny.exit_status() == 0
+    assert time.monotonic() - start_s < 1.0
+
+
 def test_a_signal_ends_a_busy_service_within_a_second_or_so(tiny: Tiny) -> None:
     ask_meanwhile(tiny, "sleep 20")
     start_s = time.monotonic()

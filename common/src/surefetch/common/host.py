@@ -2,10 +2,11 @@
 
 import logging
 import os
+import queue
 import socket
 import threading
 from collections.abc import Callable
-from queue import Full, Queue
+from queue import Full, Queue, SimpleQueue
 from typing import Any, Final
 
 from surefetch.common import codec, refusals
@@ -22,6 +23,7 @@ log = logging.getLogger(__name__)
 
 MAX_WAITING: Final = 64
 """Questions of one thread; more are refused BUSY."""
+LOOK_ROUND_S: Final = 0.2
 PAGE_BYTES: Final = 8 * 1024 * 1024
 
 
@@ -32,7 +34,7 @@ class Host:
         self._service = service
         self._bus = bus
         self._journal = journal
-        self._work: Queue[Callable[[], None] | None] = Queue()
+        self._work: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._ending = threading.Event()
         self._n_served = 0
 
@@ -48,17 +50,24 @@ class Host:
     def work(self) -> None:
         """The work loop; returns after `end`."""
         while not self._ending.is_set():
-            job = self._work.get()
-            if job is not None:
-                job()
+            # With a timeout: a signal that the kernel gives to a thread of Zenoh's does not wake
+            # this one, and Python runs signal handlers in no other.
+            try:
+                job = self._work.get(timeout=LOOK_ROUND_S)
+            except queue.Empty:
+                continue
+            job()
             del job
 
     def end(self) -> None:
-        """Make the work loop return after what it is doing; returns at once."""
+        """Make the work loop return after what it is doing; returns at once.
+
+        A signal handler may call it, so it takes no lock that the work loop may hold.
+        """
         if self._ending.is_set():
             return
         self._ending.set()
-        self._work.put(None)
+        self._work.put(lambda: None)
         if isinstance(self._service, Ends):
             threading.Thread(target=or_die(self._service.end), daemon=True).start()
 
