@@ -3,7 +3,7 @@
 import numpy as np
 
 from surefetch.common.hypotheses import ABS, UNOBS, tracked
-from surefetch.common.messages import Assigned, BeliefReply, Track
+from surefetch.common.messages import Answers, Assigned, BeliefReply, Track
 from surefetch.evaluation.walk import Look
 
 
@@ -17,6 +17,7 @@ def look(
     relation: str | None = "inside",
     p_truth: float = 0.5,
     belief: dict[str, float] | None = None,
+    answers: dict[str, Answers] | None = None,
 ) -> Look:
     """One look. `y0` are the tracks after it with their latest observation."""
     if relation is None:
@@ -39,7 +40,7 @@ def look(
         digest="0",
     )
     bodies: dict[int, str | None] = {i: "target" if i == target_track else "other" for i in latest}
-    return Look(q, reply, new, target_track, truth, bodies)
+    return Look(q, reply, new, target_track, truth, bodies, answers or {})
 
 
 def track(number: int, y0: str) -> Track:

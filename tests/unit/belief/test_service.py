@@ -1,5 +1,7 @@
 """The belief service: looks in order, each once, with numbers that belong to this cell."""
 
+from collections.abc import Callable
+from dataclasses import replace as fields_replaced
 from functools import partial
 from pathlib import Path
 
@@ -10,9 +12,12 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from scripted_table import BACKEND, CELL, parameters
 
+from surefetch.belief.episode import EpisodeBelief, rules_of, step
 from surefetch.belief.service import BeliefService
 from surefetch.common import codec
+from surefetch.common.answer_tables import AnswerTables, Has, LabelCounts
 from surefetch.common.errors import BadInput, Refused
+from surefetch.common.hypotheses import ASKED
 from surefetch.common.messages import (
     Answer,
     Answers,
@@ -22,7 +27,12 @@ from surefetch.common.messages import (
     Mask,
     Update,
 )
-from surefetch.common.parameters import profile_parameters, write_parameters
+from surefetch.common.parameters import (
+    BeliefPriors,
+    Parameters,
+    profile_parameters,
+    write_parameters,
+)
 from surefetch.evaluation.believe import fresh_belief
 
 CENTER = (0.9, 0.0, 0.03)
@@ -30,6 +40,32 @@ CENTER = (0.9, 0.0, 0.03)
 
 def service() -> BeliefService:
     return BeliefService(parameters, CELL.name)
+
+
+def with_evidence(profile: str) -> Parameters:
+    """The same, with every switch on."""
+    plain = parameters(profile)
+    prior = BeliefPriors(
+        relation={"inside": 0.99, "outside": 0.01},
+        absent=0.1,
+        unobserved=0.3,
+        tracked=0.6,
+        birth=0.9,
+    )
+    row: dict[str, dict[Has, LabelCounts]] = {
+        "center": {"match": (80, 2, 18), "mismatch": (2, 80, 18)}
+    }
+    tables = AnswerTables(
+        identity={"color": row, "shape": row, "marking": row},
+        membership={"center": {"inside": (90, 1, 9), "outside": (1, 90, 9)}},
+        distractors={},
+    )
+    return replace(
+        plain,
+        asked_prior=dict.fromkeys(ASKED, prior),
+        attribute_evidence=tables,
+        tempering=0.25,
+    )
 
 
 def detection(
@@ -189,16 +225,39 @@ def test_numbers_of_another_cell_are_refused() -> None:
         BeliefService(parameters, "elsewhere").handle(update(0, detection("a")))
 
 
+def test_the_digest_tells_apart_what_was_learnt_of_a_track() -> None:
+    rules = rules_of(with_evidence("extended"), "any")
+    before, _ = step(EpisodeBelief(rules), update(0, detection("a")))
+    other = fields_replaced(
+        before, memory=fields_replaced(before.memory, known={1: (1.0, *[0.0] * 15)})
+    )
+    one, another = (step(belief, update(1))[1] for belief in (before, other))
+    assert encoded(replace(one, digest="")) == encoded(replace(another, digest=""))
+    assert one.digest != another.digest
+
+
+def test_a_relation_that_is_asked_for_has_its_own_priors() -> None:
+    belief = BeliefService(with_evidence, CELL.name)
+    look = replace(update(0, detection("a", color=None)), asked="inside")
+    prior = belief.handle(look).prior
+    assert prior["1:inside"] == pytest.approx(0.6 * 0.99)
+    assert (prior["unobs"], prior["abs"]) == (0.3, 0.1)
+
+
 shifts = st.floats(-0.02, 0.02)
 colors = st.sampled_from(["supported", "contradicted", "unobservable"])
 
 
 @settings(deadline=None, max_examples=40)
-@given(st.lists(st.lists(st.tuples(shifts, colors), max_size=3), min_size=1, max_size=4))
+@given(
+    st.sampled_from([parameters, with_evidence]),
+    st.lists(st.lists(st.tuples(shifts, colors), max_size=3), min_size=1, max_size=4),
+)
 def test_the_same_looks_give_the_same_bits_live_and_as_a_library(
+    numbers: Callable[[str], Parameters],
     looks: list[list[tuple[float, str]]],
 ) -> None:
-    live, library = service(), fresh_belief(parameters("extended"))
+    live, library = BeliefService(numbers, CELL.name), fresh_belief(numbers("extended"))
     digests = set()
     for seq, seen in enumerate(looks):
         found = [

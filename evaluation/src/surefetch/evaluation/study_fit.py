@@ -27,9 +27,11 @@ from surefetch.common.parameters import (
     read_parameters,
     write_parameters,
 )
-from surefetch.evaluation import calibrate, fit, recording_store, splits, trials
+from surefetch.evaluation import calibrate, evidence_gain, fit, recording_store, splits, trials
 from surefetch.evaluation.believe import fresh_belief
+from surefetch.evaluation.evidence_switches import SWITCHES, turned_on
 from surefetch.evaluation.recording import Recording, RecordingTruth, exhaustive_path, paths
+from surefetch.evaluation.story import Story, tell, total
 from surefetch.evaluation.walk import Look, walk
 
 ALPHA: Final = Fraction(1, 10)
@@ -40,7 +42,8 @@ def main_fit(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="surefetch study fit",
         description="Fit the observation model, its future twin and the priors on development "
-        "recordings; writes paper.json and extended.json, not yet calibrated.",
+        "recordings, and for the profile extended what its switches put in their place; writes "
+        "paper.json and extended.json, not yet calibrated, and says what each switch is worth.",
         epilog="example: surefetch study fit dev --out fitted",
     )
     parser.add_argument("recordings", type=Path, metavar="DIR")
@@ -52,15 +55,26 @@ def main_fit(argv: list[str]) -> int:
         help="episodes.jsonl of `surefetch study episodes` on development seeds, for p_remove and "
         "p_grasp of the profile extended; without it they are the paper's",
     )
+    parser.add_argument(
+        "--without",
+        choices=SWITCHES,
+        action="append",
+        default=[],
+        metavar="SWITCH",
+        help=f"leave this switch of extended off: {', '.join(SWITCHES)}; may be repeated",
+    )
     asked = parser.parse_args(argv)
     cell = simulated_cell()
-    counts, origin = count_all(asked.recordings, cell)
+    stories, origin = tell_all(asked.recordings, cell)
     attempts = None if asked.trials is None else read_attempts(asked.trials)
     asked.out.mkdir(parents=True, exist_ok=True)
     for profile in PROFILES:
-        parameters = fitted(profile, counts, origin, attempts, cell)
+        parameters = fitted(profile, stories, origin, attempts, cell)
+        if profile == "extended":
+            parameters = turned_on(parameters, stories, SWITCHES.keys() - set(asked.without))
         write_parameters(asked.out / f"{profile}.json", parameters)
-    print(_fit_report(counts, origin, asked.out))
+    print(_switch_report(stories, lambda half: fitted("extended", half, origin, attempts, cell)))
+    print(_fit_report(total(stories), origin, asked.out))
     return 0
 
 
@@ -89,36 +103,38 @@ def main_calibrate(argv: list[str]) -> int:
     return 0
 
 
-def count_all(folder: Path, cell: Cell) -> tuple[fit.Counts, Provenance]:
+def tell_all(folder: Path, cell: Cell) -> tuple[list[Story], Provenance]:
     """What all development recordings of a folder contribute, and where it comes from."""
     scenes = recording_store.scenes(folder)
     splits.require("development", [seed for _, seed in scenes], "study fit")
-    counts, backend = fit.Counts(), ""
+    stories, backend = [], ""
     for recording, truth in track(
         recording_store.load_all(folder), "counting", total=len(scenes), transient=True
     ):
         backend = _one_backend(backend, recording)
-        counts = counts + _count(recording, truth, cell)
-    return counts, _provenance(cell, backend, "development", scenes, "")
+        stories.append(_story(recording, truth, cell))
+    return stories, _provenance(cell, backend, "development", scenes, "")
 
 
-def _count(recording: Recording, truth: RecordingTruth, cell: Cell) -> fit.Counts:
+def _story(recording: Recording, truth: RecordingTruth, cell: Cell) -> Story:
     exhaustive = exhaustive_path(recording.covered, cell)
     walks = {
         path: walk(recording, truth, path, cell, fresh_belief(None), profile="paper")
         for path in paths(recording.covered, cell)
     }
-    return fit.count(walks, exhaustive, truth.relation)
+    counts = fit.count(walks, exhaustive, truth.relation)
+    return tell(recording, truth, walks[exhaustive], counts)
 
 
 def fitted(
     profile: str,
-    counts: fit.Counts,
+    stories: Sequence[Story],
     origin: Provenance,
     attempts: Sequence[trials.Attempt] | None,
     cell: Cell,
 ) -> Parameters:
-    """Parameters of one profile: `paper` keeps the printed priors, `extended` fits them."""
+    """Parameters of one profile, all switches off; `paper` keeps the printed priors."""
+    counts = total(stories)
     priors = PRINTED if profile == "paper" else _priors(counts, attempts, cell)
     return Parameters(
         profile=profile,
@@ -248,6 +264,12 @@ def read_attempts(path: Path) -> list[trials.Attempt]:
             f"{path} is no episodes.jsonl of `surefetch study episodes`: {error}"
         ) from None
     return attempts
+
+
+def _switch_report(stories: Sequence[Story], fit_off: evidence_gain.Fit) -> str:
+    if len({story.seed % 2 for story in stories}) < 2:
+        return "What the switches are worth needs scenes of even and of odd seeds."
+    return evidence_gain.table(evidence_gain.worth(stories, fit_off))
 
 
 def _fit_report(counts: fit.Counts, origin: Provenance, out: Path) -> str:

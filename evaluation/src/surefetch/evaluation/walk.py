@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from surefetch.common.cell import Cell
 from surefetch.common.hypotheses import ABS, UNOBS, tracked
-from surefetch.common.messages import BeliefReply, Update
+from surefetch.common.messages import Answers, BeliefReply, Update
 from surefetch.evaluation.recording import (
     Recording,
     RecordingTruth,
@@ -30,6 +30,8 @@ class Look:
     """The true hypothesis z*."""
     bodies: dict[int, str | None]
     """The body under the latest detection of each track."""
+    answers: dict[str, Answers]
+    """By detection of this capture; unanswered ones are missing."""
 
     @property
     def counted(self) -> dict[int, str]:
@@ -65,7 +67,9 @@ def walk(
         under |= {a.track: bodies.get(a.detection) for a in reply.assigned if a.track is not None}
         new = tuple(t.id for t in reply.tracks if t.id not in known)
         known = frozenset(t.id for t in reply.tracks)
-        looks.append(Look(update.q, reply, new, target, _hypothesis(truth, target), dict(under)))
+        told = {d.id: d.answers for d in update.detections if d.answers is not None}
+        z = _hypothesis(truth, target)
+        looks.append(Look(update.q, reply, new, target, z, dict(under), told))
     return looks
 
 
