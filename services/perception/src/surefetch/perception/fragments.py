@@ -25,6 +25,8 @@ SAME_COLOR: Final = 0.35
 """Hellinger distance of histograms"""
 MAX_WIDTH_M: Final = 0.09
 """Farther apart, pieces of one colour are two bodies for all one can tell"""
+MAX_GROWTH: Final = 1.35
+"""A wide body may grow by this"""
 MAX_OPEN_SHARE: Final = 0.03
 """Of the common hull, where what lies behind shows between the pieces"""
 MIN_GAP_SHARE: Final = 0.02
@@ -65,9 +67,7 @@ def _is_cut_by_something(surface: Surface, a: Bits, b: Bits) -> bool:
     both = a | b
     at = window([both], _MARGIN)
     own, depth = both[at], surface.depth_m[at]
-    points = surface.points_world_m[at][own & (depth > 0)][:, :2]
-    low, high = np.percentile(points, (2, 98), axis=0)
-    if float(np.hypot(*(high - low))) > MAX_WIDTH_M:
+    if _width_m(surface, both) > max(MAX_WIDTH_M, MAX_GROWTH * _width_m(surface, a)):
         return False
     hull = hull_of(np.argwhere(own)[:, None, ::-1].astype(np.int32), own.shape)
     gap = hull & ~own
@@ -76,6 +76,15 @@ def _is_cut_by_something(surface: Surface, a: Bits, b: Bits) -> bool:
     if np.count_nonzero(gap) < MIN_GAP_SHARE * n:
         return False
     return int(np.count_nonzero(open_to_behind)) < MAX_OPEN_SHARE * n and _same_color(surface, a, b)
+
+
+def _width_m(surface: Surface, bits: Bits) -> float:
+    """Diagonal of what is seen from above."""
+    points = surface.points_world_m[bits & surface.valid][:, :2]
+    if not len(points):
+        return 0.0
+    low, high = np.percentile(points, (2, 98), axis=0)
+    return float(np.hypot(*(high - low)))
 
 
 def _same_color(surface: Surface, a: Bits, b: Bits) -> bool:

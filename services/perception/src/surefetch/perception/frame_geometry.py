@@ -18,7 +18,8 @@ class NoSupport(BadInput):
     def __init__(self) -> None:
         super().__init__(
             "no support plane is visible in the depth image: a table or floor that things stand on "
-            "must be in view, over at least a twelfth of the image, and seen from above."
+            "must be in view, over at least a twelfth of the image, and seen from above. For a "
+            "camera that is not held upright, give T_world_camera in camera.json."
         )
 
 

@@ -3,7 +3,7 @@
 Only mask, colour and depth are used, so that a mask of any origin can be lifted.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from surefetch.common.geometry import Array, inverse
+from surefetch.common.geometry import Array, inverse, project, transform
 from surefetch.common.messages import Box3d
 from surefetch.perception import solids
 from surefetch.perception.candidate import Candidate
@@ -32,6 +32,14 @@ GUARD_M: Final = 0.020
 """A fit farther than this from the push-back is not believed."""
 MAX_WIDTH_M: Final = 0.25
 MIN_WIDTH_M: Final = 0.012
+MIN_HEIGHT_M: Final = 0.004
+WELL_FITTED: Final = 1.0
+"""Residual, in standard deviations, of a fit that may be believed against the push-back"""
+MAX_SEEN_THROUGH: Final = 0.08
+BEHIND_M: Final = 0.010
+INSIDE: Final = 0.85
+"""Points are taken this much nearer to the middle than the surface"""
+_GRID: Final = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 7)] * 3), axis=-1).reshape(-1, 3)
 
 
 def lift(
@@ -151,7 +159,7 @@ def _evenly(n: int, wanted: int) -> NDArray[np.intp]:
 def _candidate(
     surface: Surface, proposal: Proposal, bits: Bits, look: _Look, fits: dict[Kind, Solid]
 ) -> Candidate:
-    solid = None if look.pushed is None else guarded(fits, look.pushed)
+    solid = None if look.pushed is None else guarded(fits, look.pushed, surface)
     n = len(look.points_m)
     return Candidate(
         box_px=box_of(bits),
@@ -172,20 +180,49 @@ def _candidate(
     )
 
 
-def guarded(fits: dict[Kind, Solid], pushed: Box3d) -> Box3d:
-    """The best fit as a box where it agrees with the push-back, else the push-back.
+def guarded(fits: Mapping[Kind, Solid], pushed: Box3d, surface: Surface) -> Box3d:
+    """The best fit as a box, if it can be; else the push-back.
 
-    A few fits are far off; none may carry a centre away.
+    A few fits are far off; none may carry a centre away. A fit can be when it agrees with the
+    push-back, or explains what is seen and is nowhere seen through: of a body that is mostly
+    hidden, the push-back knows only the visible part.
     """
     for solid in sorted(fits.values(), key=lambda solid: solid.rms):
         x, y, _ = pushed.center_world_m
         height = solid.top_m - solid.base_m
-        near = np.hypot(solid.x_m - x, solid.y_m - y) < GUARD_M
         sound = min(solid.size_m) > MIN_WIDTH_M and max(solid.size_m) < MAX_WIDTH_M
-        if near and sound and height > 0.004:
+        if not sound or height < MIN_HEIGHT_M:
+            continue
+        near = np.hypot(solid.x_m - x, solid.y_m - y) < GUARD_M
+        if near or (solid.rms < WELL_FITTED and seen_through(solid, surface) < MAX_SEEN_THROUGH):
             return Box3d(
                 center_world_m=(solid.x_m, solid.y_m, solid.base_m + height / 2),
                 size_m=(*solid.size_m, height),
                 yaw_rad=solid.yaw_rad,
             )
     return pushed
+
+
+def seen_through(solid: Solid, surface: Surface) -> float:
+    """Share of a solid's inside, as far as it is in the image, behind which something is seen."""
+    half = np.array([*solid.size_m, solid.top_m - solid.base_m]) / 2
+    c, s = np.cos(solid.yaw_rad), np.sin(solid.yaw_rad)
+    own = _inside(solid.kind) * half * INSIDE
+    x, y = own[:, 0] * c - own[:, 1] * s + solid.x_m, own[:, 0] * s + own[:, 1] * c + solid.y_m
+    points = np.column_stack([x, y, own[:, 2] + 0.5 * (solid.base_m + solid.top_m)])
+    in_camera = transform(inverse(surface.T_world_camera), points)
+    at = np.rint(project(surface.frame.K, in_camera)).astype(int)
+    h, w = surface.depth_m.shape
+    shown = (at >= 0).all(1) & (at[:, 0] < w) & (at[:, 1] < h)
+    depth = surface.depth_m[at[shown, 1], at[shown, 0]]
+    behind = depth > in_camera[shown, 2] + BEHIND_M
+    return float(np.mean(behind)) if len(behind) else 1.0
+
+
+def _inside(kind: Kind) -> Array:
+    """Points (n, 3) inside a solid whose half sizes are 1."""
+    if kind == "box":
+        return _GRID
+    reach = np.linalg.norm(_GRID if kind == "ball" else _GRID[:, :2], axis=1)
+    points: Array = _GRID[reach <= 1.0]
+    return points
