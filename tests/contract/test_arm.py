@@ -80,3 +80,12 @@ def test_being_held_off_its_path_is_a_fault_and_it_comes_to_rest(arm: Arm) -> No
     with pytest.raises(DeviceFault, match="left its path"):
         arm.follow(move(arm.joints_rad(), through_the_table), NEVER)
     assert np.abs(arm.joints_rad() - through_the_table).max() > 0.1
+
+
+def test_being_held_off_the_end_of_its_path_is_a_fault_too(arm: Arm) -> None:
+    start = arm.joints_rad()
+    over = above((0.8, 0.0, 0.05), start, 0.0)
+    assert arm.follow(move(start, over), NEVER)
+    a_little_into_the_table = above((0.8, 0.0, -0.05), over, 0.0)
+    with pytest.raises(DeviceFault, match="off its path's end"):
+        arm.follow(move(arm.joints_rad(), a_little_into_the_table), NEVER)

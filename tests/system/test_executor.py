@@ -30,6 +30,7 @@ from surefetch.common.messages import (
     Outcome,
     PutBack,
     Scene,
+    Screen,
     Stop,
     Stopped,
     Truth,
@@ -185,6 +186,25 @@ def test_what_is_not_there_is_not_grasped_and_the_hand_comes_out_open() -> None:
     assert (outcome.status, outcome.holding) == ("failed", False)
     assert outcome.checks == {"closed_on_object": False}
     assert tips[2, 3] > 0.07 and outcome.gripper_width_m > 0.05
+
+
+def unseen_walls() -> tuple[Screen, ...]:
+    """On both sides of the cube in the middle, where fingers come down."""
+    return tuple(
+        Screen(size_m=(0.30, 0.012, 0.16), position_world_m=(0.9, y, 0.0), yaw_rad=0.0)
+        for y in (-0.045, 0.045)
+    )
+
+
+def test_an_arm_that_meets_what_was_not_seen_rests_and_the_hand_is_drawn_back() -> None:
+    table = scene(body("cube"))
+    with bench(structs.replace(table, screens=unseen_walls())) as b:
+        outcome = b.do(Grasp(track=0, relation="outside"), estimate_of(table))
+        joints = b.simulated.robot.joints_rad()
+        assert (outcome.status, outcome.motions[-1].label) == ("failed", "back out")
+        assert "degrees" in outcome.why
+        assert outcome.motions[-1].q_rad[-1] == pytest.approx(joints, abs=1e-6)
+        assert b.do(Look(view="center")).status == "done"
 
 
 def test_what_cannot_be_grasped_is_refused_and_nothing_moves() -> None:

@@ -89,7 +89,11 @@ class PybulletArm:
                 raise DeviceFault(
                     f"the arm left its path by {np.degrees(off):.1f} degrees; it has come to rest"
                 )
-        self._rest(reference.joints_rad(at_s))
+        end = reference.joints_rad(at_s)
+        self._rest(end)
+        off = float(np.abs(robot.joints_rad() - end).max())
+        if off > START_RAD:
+            raise DeviceFault(f"the arm is held {np.degrees(off):.1f} degrees off its path's end")
         return at_s >= reference.duration_s
 
     def _rest(self, q_rad: Array) -> None:

@@ -1,7 +1,6 @@
 """Taking the lid off its container, and looking at what was under it."""
 
 from surefetch.common.cell import InformRow
-from surefetch.common.errors import DeviceFault
 from surefetch.executor.execution import Failed
 from surefetch.executor.infeasible import Infeasible
 from surefetch.executor.lid_removal import knob_of
@@ -26,7 +25,7 @@ def remove_cover(task: Task, row: InformRow) -> str:
     try:
         take(task, plan.pick)
         set_down(task, plan.put_down)
-    except (Failed, DeviceFault) as why:
+    except Failed as why:
         _look_anyway(task, row, why)
         raise
     task.run.memory = task.run.memory.put(knob_of(plan))
@@ -34,8 +33,8 @@ def remove_cover(task: Task, row: InformRow) -> str:
     return "the lid is off and set down"
 
 
-def _look_anyway(task: Task, row: InformRow, why: Exception) -> None:
+def _look_anyway(task: Task, row: InformRow, why: Failed) -> None:
     try:
         task.look(row.view)
-    except (Infeasible, Failed, DeviceFault) as stuck:
-        raise Failed(f"{why}; and then: {stuck}") from why
+    except Infeasible as stuck:
+        raise Failed(f"{why}; and the view cannot be reached: {stuck}") from why

@@ -41,13 +41,13 @@ def take(task: Task, pick: Pick) -> None:
 
     Raises:
         Failed: closed on nothing or on something else (check `closed_on_object`), or it slipped
-            (`width_kept`). It was lowered again, the hand opened and drawn back.
-        DeviceFault: the arm was held up. The hand was drawn back.
+            (`width_kept`), or the arm was held up. It was lowered again, the hand opened and
+            drawn back.
     """
     run = task.run
     run.grip("open", pick.way.open_width_m)
-    run.follow(pick.approach)
     try:
+        run.follow(pick.approach)
         run.follow(pick.descend)
         width = run.grip("close", 0.0)
         _check_closed(run, width, pick.way.object_width_m)
@@ -57,7 +57,7 @@ def take(task: Task, pick: Pick) -> None:
         run.memory = replace(run.memory, holding=None)
         run.grip("open", pick.way.open_width_m)
         _draw_back(task, pick, why)
-        raise
+        raise Failed(str(why)) from why
 
 
 def _lift(run: Execution, pick: Pick, width_m: float) -> None:

@@ -23,6 +23,7 @@ from surefetch.executor.skill_place import deliver, put_back
 from surefetch.executor.skill_take import grasp
 from surefetch.executor.task import Task
 
+BACK_M = 0.10
 Status = Literal["done", "failed", "refused", "stopped"]
 
 
@@ -43,16 +44,32 @@ def carry_out(task: Task, command: Command) -> Outcome:
     """Do what the command says, once; what came of it."""
     began = time.perf_counter()
     try:
-        why = _do(task, command.verb)
+        why = _do_or_draw_back(task, command.verb)
         return _outcome(task, command, began, "done", why)
     except Infeasible as refusal:
         if not task.run.motions:
             return _outcome(task, command, began, "refused", refusal.why, refusal.refusal)
         return _outcome(task, command, began, "failed", refusal.why, refusal.refusal)
-    except (Failed, DeviceFault) as failure:
+    except Failed as failure:
         return _outcome(task, command, began, "failed", str(failure))
     except Halted:
         return _outcome(task, command, began, "stopped", "a stop was asked for; the arm is at rest")
+
+
+def _do_or_draw_back(task: Task, verb: Verb) -> str:
+    """Carry out a verb; where the arm was held up, bring the hand away from what it met.
+
+    Raises:
+        Infeasible, Failed, Halted: as the skills; Failed also after a fault of the arm.
+    """
+    try:
+        return _do(task, verb)
+    except DeviceFault as fault:
+        try:
+            task.back_out(BACK_M)
+        except (Infeasible, Failed, DeviceFault) as stuck:
+            raise Failed(f"{fault}; {stuck}") from fault
+        raise Failed(f"{fault}; the hand was drawn back") from fault
 
 
 def _do(task: Task, verb: Verb) -> str:
