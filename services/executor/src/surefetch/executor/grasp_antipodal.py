@@ -5,8 +5,8 @@ the palm and over the camera: whatever stands in a column says how deep the tips
 deepest place of every grasp is one minimum over points, and all grasps are judged at once.
 
 Letters: n points, g grasps, s places along a finger's breadth. Tool frame of a grasp: x along the
-fingers' breadth, y the closing direction, z the approach. Depths are along z, from the point where
-the approach crosses half the object's height.
+fingers' breadth, y the closing direction, z the approach. Depths are along z, from where the
+approach crosses the object's axis: amid the height that pads cover.
 """
 
 from dataclasses import dataclass, fields
@@ -26,11 +26,13 @@ TILTED_YAWS = 24
 TILTS_RAD = tuple(np.radians([-15.0, 15.0, -30.0, 30.0]))
 SIDE_M = 0.005
 """Kept free beside fingers and palm: collision checks grow them, and what is seen is uncertain."""
-ROOMS = ((0.4, 0.6 * SIDE_M), (0.7, SIDE_M), (1.0, SIDE_M), (1.4, 2.0 * SIDE_M))
+ROOMS = ((0.4, 0.8 * SIDE_M), (0.7, SIDE_M), (1.0, SIDE_M), (1.4, 2.0 * SIDE_M))
 """How much room there may be beside the object, from tight to ample: share of the hand's clearance
 between pad and object while approaching, and what is free beside the fingers."""
 UNDER_TIP_M = 0.006
 UNDER_PALM_M = 0.008
+AXIS_SHARE = 0.65
+"""Of the object's height, where an approach crosses its axis: amid what the pads cover."""
 PAD_OVERLAP_MIN_M = 0.008
 """Height of the object that the pads must cover."""
 LIFTED_SHARE = 0.35
@@ -51,6 +53,11 @@ class _Target:
     low_m: float
     """World z where it stands"""
     height_m: float
+
+    @property
+    def axis_m(self) -> float:
+        """Height above the support where approaches cross the middle."""
+        return AXIS_SHARE * self.height_m
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +139,7 @@ def _thought_of(target: _Target, hand: Hand) -> _Grasps:
     last = np.where(met, high, -np.inf).max(axis=1)
     R = _rotations(yaw, tilt)
     middle = target.footprint.center_m + (first + last)[:, None] / 2.0 * R[:, :2, 1]
-    level = np.full(len(yaw), target.low_m + target.height_m / 2.0)
+    level = np.full(len(yaw), target.low_m + target.axis_m)
     return _Grasps(
         yaw_rad=yaw,
         tilt_rad=tilt,
@@ -173,7 +180,7 @@ def _depth_of(target: _Target, grasps: _Grasps, above_m: float, hand: Hand) -> A
     """Depth (g,) at which the lowest corner of the tips is this far above the support."""
     cos, sin = np.cos(grasps.tilt_rad), np.abs(np.sin(grasps.tilt_rad))
     corner_m = hand.finger_breadth_m / 2.0 * sin
-    depth: Array = (target.height_m / 2.0 - above_m - corner_m) / cos
+    depth: Array = (target.axis_m - above_m - corner_m) / cos
     return depth
 
 
@@ -183,7 +190,7 @@ def _depth_limits(
     """How deep the tips may go, for each of ROOMS (r, g), and must go to hold the object (g,)."""
     reach = hand.tip_z_m(grasps.width_m)
     leaning = np.abs(np.sin(grasps.tilt_rad)) * target.footprint.half_width_m(grasps.yaw_rad)
-    own_top = -target.height_m / 2.0 * np.cos(grasps.tilt_rad) - leaning
+    own_top = (target.axis_m - target.height_m) * np.cos(grasps.tilt_rad) - leaning
     whole = [
         _depth_of(target, grasps, UNDER_TIP_M, hand),
         own_top + reach - hand.palms[0].face_z_m - UNDER_PALM_M,
@@ -256,7 +263,7 @@ def _scores(
     target: _Target, grasps: _Grasps, room: NDArray[np.int64], depth: Array, hand: Hand
 ) -> Array:
     """(g,) in (0, 1]: hold, upright approach, square touch, room to approach, narrow opening."""
-    held_m = target.height_m / 2.0 + depth * np.cos(grasps.tilt_rad)
+    held_m = target.height_m - target.axis_m + depth * np.cos(grasps.tilt_rad)
     hold = np.clip(held_m / min(target.height_m, 0.04), 0.05, 1.0)
     upright = np.cos(grasps.tilt_rad) ** 4
     square = 1.0 / (1.0 + (grasps.slant / 0.15) ** 2)
