@@ -13,7 +13,7 @@ from surefetch.common.messages import AskTruth, Scene
 from surefetch.executor.ports import Devices
 from surefetch.executor.pybullet_cell import PybulletCell
 from surefetch.executor.pybullet_devices import pybullet_devices
-from surefetch.executor.pybullet_robot import GripModel
+from surefetch.executor.pybullet_hand import GripModel
 from surefetch.executor.simulation import Simulation
 
 NEVER: Callable[[], bool] = lambda: False  # noqa: E731

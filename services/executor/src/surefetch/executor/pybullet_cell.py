@@ -10,7 +10,8 @@ from surefetch.common.geometry import Array, inverse
 from surefetch.common.messages import Lighting, Scene
 from surefetch.common.streams import stream
 from surefetch.executor import pose_errors, scene_bodies, ur10e, views
-from surefetch.executor.pybullet_robot import GripModel, SimulatedRobot
+from surefetch.executor.pybullet_hand import GripModel
+from surefetch.executor.pybullet_robot import SimulatedRobot
 from surefetch.executor.pybullet_world import PybulletWorld
 
 SEGMENTATIONS = 64
@@ -68,7 +69,7 @@ class PybulletCell:
 
     def closed(self) -> None:
         """The fingers have closed: hold what is between them, and remember which body it was."""
-        index = self.robot.hold()
+        index = self.robot.hand.hold(self.robot.tips_world_m())
         if index is not None and self.world.things[index].segment >= 0:
             name = self.world.things[index].name
             if name not in self.touched:
@@ -76,7 +77,7 @@ class PybulletCell:
 
     def held(self) -> str | None:
         """What the hand holds."""
-        index = self.robot.held()
+        index = self.robot.hand.held()
         return None if index is None else self.world.things[index].name
 
     def keep_segmentation(self, segmentation: NDArray[np.int16]) -> None:

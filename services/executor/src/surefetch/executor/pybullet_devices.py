@@ -124,7 +124,7 @@ class Reference:
 
     def joints_rad(self, at_s: float) -> Array:
         """(6,)."""
-        k = int(np.clip(np.searchsorted(self._times_s, at_s), 1, len(self._times_s) - 1))
+        k = min(max(int(np.searchsorted(self._times_s, at_s)), 1), len(self._times_s) - 1)
         before_s, after_s = self._times_s[k - 1], self._times_s[k]
         share = min(max((at_s - before_s) / (after_s - before_s), 0.0), 1.0)
         q: Array = self._q_rad[k - 1] + share * (self._q_rad[k] - self._q_rad[k - 1])
@@ -153,7 +153,7 @@ class PybulletGripper:
         robot = self._simulated.robot
         closing = width_m < robot.width_m()
         if not closing:
-            robot.release()
+            robot.hand.release()
         robot.grip(width_m, force_n)
         started, still = self._pace.started(), 0
         for steps in range(1, round(GRIPPER_S / STEP_S)):
