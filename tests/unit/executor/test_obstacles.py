@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from surefetch.common.geometry import Array, inverse, rotation_z, transform
 from surefetch.common.messages import Box3d, ContainerReading, Estimate, Lid, Mask, Track
@@ -86,3 +87,15 @@ def test_the_lid_is_an_obstacle_until_it_is_to_be_taken() -> None:
     assert {"lid", "lid knob", "container floor", "container wall +x"} <= names
     taken = {box.name for box in obstacles_of(estimate(reading), lid=False).boxes}
     assert names - taken == {"lid", "lid knob"}
+
+
+def test_a_box_around_a_track_is_left_out_and_its_seen_surface_counts_instead() -> None:
+    hollow = Box3d(center_world_m=(0.83, 0.0, 0.05), size_m=(0.10, 0.16, 0.10), yaw_rad=0.0)
+    beside = Box3d(center_world_m=(0.83, 0.3, 0.05), size_m=(0.10, 0.16, 0.10), yaw_rad=0.0)
+    on_its_plate = np.array([[0.88, 0.05, 0.06]])
+    seen = structs.replace(estimate(points=on_its_plate), obstacles=(hollow, beside))
+    around = obstacles_of(seen)
+    names = [box.name for box in around.boxes]
+    assert "obstacle 0" not in names and "obstacle 1" in names
+    assert np.abs(around.voxels_world_m - on_its_plate).max() <= VOXEL_M
+    assert len(around.voxels_world_m) == 1

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefetch.common.geometry import Array, inverse, rigid, rotation_z, transform
-from surefetch.common.messages import Box3d, ContainerReading, Estimate
+from surefetch.common.messages import Box3d, ContainerReading, Estimate, Track
 
 VOXEL_M = 0.010
 EXPLAINED_M = 0.012
@@ -55,7 +55,8 @@ def obstacles_of(
 
     Tracks become `track N`; the container `container floor` and four `container wall …`; its lid
     `lid` and `lid knob`; other bodies `obstacle N`. A container cut by the image border still
-    counts as far as it was seen.
+    counts as far as it was seen. A box in which a track stands is that body seen badly, or was put
+    around something hollow: it is left out, so that what was seen of it counts point by point.
 
     Args:
         estimate: What was perceived.
@@ -70,7 +71,8 @@ def obstacles_of(
     if estimate.container is not None:
         boxes += container_boxes(estimate.container)
         boxes += _lid_boxes(estimate.container) if lid else []
-    boxes += [named(f"obstacle {i}", box) for i, box in enumerate(estimate.obstacles)]
+    others = [named(f"obstacle {i}", box) for i, box in enumerate(estimate.obstacles)]
+    boxes += [box for box in others if not _holds_a_track(box, estimate.tracks)]
     left_out = [
         named(track_name(track.id), track.solid)
         for track in estimate.tracks
@@ -106,6 +108,15 @@ def container_boxes(container: ContainerReading) -> list[NamedBox]:
         NamedBox(name, outer.T_world_box @ rigid(np.eye(3), np.array(center)), np.array(size))
         for name, (center, size) in parts.items()
     ]
+
+
+def _holds_a_track(box: NamedBox, tracks: Sequence[Track]) -> bool:
+    """Whether the middle of a track is inside the box."""
+    if not tracks:
+        return False
+    centers = np.array([track.center_world_m for track in tracks])
+    local = np.abs(transform(inverse(box.T_world_box), centers))
+    return bool((local < box.size_m / 2.0).all(axis=1).any())
 
 
 def _lid_boxes(container: ContainerReading) -> list[NamedBox]:
