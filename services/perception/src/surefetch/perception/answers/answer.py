@@ -9,25 +9,26 @@ from surefetch.common.messages import Answer
 from surefetch.common.observations import first_of_largest
 
 SURE: Final = 9.0
-"""Scores are cut off here: more says nothing."""
+"""Margins count up to here: more says nothing."""
 
 
-def identity(supported: float, unobservable: float, evidence: dict[str, float]) -> Answer:
-    """An identity answer; contradiction rises as support falls."""
-    return _answer(IDENTITY_LABELS, (supported, -supported, unobservable), evidence)
+def identity(margin: float, doubt: float, evidence: dict[str, float]) -> Answer:
+    """Supported by a margin that exceeds the doubt, contradicted by its opposite."""
+    return _answer(IDENTITY_LABELS, margin, doubt, evidence)
 
 
-def membership(inside: float, unknown: float, evidence: dict[str, float]) -> Answer:
-    """A membership answer; outside rises as inside falls."""
-    return _answer(MEMBERSHIP_LABELS, (inside, -inside, unknown), evidence)
+def membership(margin: float, doubt: float, evidence: dict[str, float]) -> Answer:
+    """Inside by a margin that exceeds the doubt, outside by its opposite."""
+    return _answer(MEMBERSHIP_LABELS, margin, doubt, evidence)
 
 
 def _answer(
-    labels: tuple[str, ...], scores: tuple[float, float, float], evidence: dict[str, float]
+    labels: tuple[str, ...], margin: float, doubt: float, evidence: dict[str, float]
 ) -> Answer:
-    a, b, c = (float(np.clip(score, -SURE, SURE)) for score in scores)
+    counted = float(np.clip(margin, -SURE, SURE))
+    scores = (counted, -counted, float(min(doubt, 2 * SURE)))
     return Answer(
-        label=first_of_largest(labels, (a, b, c)),
-        scores=(a, b, c),
+        label=first_of_largest(labels, scores),
+        scores=scores,
         evidence={key: float(value) for key, value in evidence.items()},
     )

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from surefetch.common.messages import Answer
-from surefetch.perception.answers.answer import identity
+from surefetch.perception.answers.answer import SURE, identity
 from surefetch.perception.answers.faces import Bools
 from surefetch.perception.answers.look import Look
 from surefetch.perception.answers.tones import GREY_VALUE, hue_gap, main_hue
@@ -29,6 +29,9 @@ HUE_UNIT_DEG: Final = 2.0
 GREY_UNIT: Final = 0.12
 WELL_SEEN_PX: Final = 60
 RIVAL_PX: Final = 12.0
+"""Which of two tones is the body's must make this much difference."""
+STRAY_HUE_SHARE: Final = 0.02
+HUE_DOUBT: Final = 200.0
 
 
 def color(look: Look, asked: str) -> Answer:
@@ -39,9 +42,16 @@ def color(look: Look, asked: str) -> Answer:
     if not own.any():
         return identity(0.0, doubt, {"body_px": n_px})
     margins, evidence = _chromatic(look, own) if look.tones.colored else _grey(look, own)
-    if not look.tones.colored and look.marked.any() and look.rival_px < RIVAL_PX:
-        doubt += 9.0
+    if not look.tones.colored:
+        doubt += _doubt_of_grey(look)
     return identity(margins[asked], doubt, evidence | {"body_px": n_px})
+
+
+def _doubt_of_grey(look: Look) -> float:
+    """A little hue may be all that is seen of a coloured body below its marking."""
+    hidden_hue = max(0.0, look.tones.hue_share - STRAY_HUE_SHARE)
+    undecided = bool(look.explanations) and look.rival_px < RIVAL_PX
+    return HUE_DOUBT * hidden_hue + (2 * SURE if undecided else 0.0)
 
 
 def _chromatic(look: Look, own: Bools) -> tuple[dict[str, float], dict[str, float]]:
@@ -56,11 +66,11 @@ def _chromatic(look: Look, own: Bools) -> tuple[dict[str, float], dict[str, floa
         for name in away
     }
     scores = {name: margin / HUE_UNIT_DEG for name, margin in margins.items()}
-    return scores | {"white": -9.0, "black": -9.0}, {"hue_deg": hue}
+    return scores | {"white": -SURE, "black": -SURE}, {"hue_deg": hue}
 
 
 def _grey(look: Look, own: Bools) -> tuple[dict[str, float], dict[str, float]]:
     value = float(np.percentile(look.tones.hsv[own, 2], 85))
     light = float(np.log(max(value, 0.02) / GREY_VALUE) / GREY_UNIT)
-    scores = dict.fromkeys(HUES_DEG, -9.0)
+    scores = dict.fromkeys(HUES_DEG, -SURE)
     return scores | {"white": light, "black": -light}, {"value": value}

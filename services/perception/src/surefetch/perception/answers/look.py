@@ -64,7 +64,7 @@ def look_at(surface: Surface, candidate: Candidate) -> Look:
     laid = [faces.lay(solid, rays, surface.eye_world_m) for solid in solids]
     px_m = _pixel_m(surface, solids[0])
     explained = _explained(laid, tones.other, share, px_m)
-    if tones.colored or not tones.other.any():
+    if tones.colored:
         return replace(look, explanations=explained)
     return _cheaper(look, explained, _explained(laid, ~tones.other, share, px_m))
 
@@ -88,10 +88,13 @@ def _solids(look: Look) -> list[Solid]:
 def _cheaper(
     look: Look, explained: dict[str, Explanation], swapped: dict[str, Explanation]
 ) -> Look:
-    """Of a body without hue, the tone is the body's that leaves the likelier marking."""
+    """Of a body without hue, the tone is the body's that leaves the likelier marking.
+
+    Where all that is seen may be marking, nothing is known of the body's own tone.
+    """
     cost = min(found.cost_px for found in explained.values())
     other_cost = min(found.cost_px for found in swapped.values())
-    if other_cost < cost:
+    if other_cost < cost and look.marked.any():
         return replace(look, marked=~look.marked, explanations=swapped, rival_px=cost - other_cost)
     return replace(look, explanations=explained, rival_px=other_cost - cost)
 

@@ -16,7 +16,7 @@ SOLIDS: Final[dict[str, Kind]] = {
     "ball": "ball",
     "hexagonal prism": "hexagonal prism",
 }
-RMS_UNIT: Final = 0.12
+RMS_UNIT: Final = 0.05
 """Residuals this far apart are told apart, if the body is well seen."""
 WELL_SEEN_PX: Final = 150
 FREE_OCCLUSION: Final = 0.12
@@ -56,4 +56,4 @@ def _longer(look: Look, box: Solid) -> float:
 def _doubt(candidate: Candidate) -> float:
     hidden = max(0.0, candidate.occluded_share - FREE_OCCLUSION)
     small = max(0.0, 1.0 - candidate.n_px / WELL_SEEN_PX)
-    return 1.0 + 10.0 * hidden + 4.0 * small + 10.0 * candidate.border_share
+    return 1.0 + 8.0 * hidden + 4.0 * small + 10.0 * candidate.border_share

@@ -41,6 +41,8 @@ class Tones:
     """The body has a hue"""
     other: Bools
     """(n,) not the body's tone; for a body without hue, the smaller part"""
+    hue_share: float
+    """Share of the pixels that have a hue"""
 
 
 def tones_of(rgb: NDArray[np.uint8]) -> Tones:
@@ -49,10 +51,12 @@ def tones_of(rgb: NDArray[np.uint8]) -> Tones:
     chroma = hsv[:, 1] * hsv[:, 2]
     chromatic: Bools = (chroma > MIN_CHROMA) & (hsv[:, 1] > MIN_SATURATION)
     clipped: Bools = np.asarray((rgb >= 254).any(1))
-    if chromatic.mean() >= COLORED_SHARE:
-        return Tones(hsv, clipped, True, _off_hue(hsv, chromatic))
+    hue_share = float(chromatic.mean())
+    if hue_share >= COLORED_SHARE:
+        return Tones(hsv, clipped, True, _off_hue(hsv, chromatic), hue_share)
     dark = _dark(hsv[:, 2].astype(np.float64))
-    return Tones(hsv, clipped, False, dark if dark.mean() <= 0.5 else ~dark)
+    other = dark if dark.mean() <= 0.5 else ~dark
+    return Tones(hsv, clipped, False, other, hue_share)
 
 
 def _off_hue(hsv: NDArray[np.float32], chromatic: Bools) -> Bools:
