@@ -13,7 +13,9 @@ from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.instruction import parse
 from surefetch.common.messages import Target, Vocabulary
 from surefetch.evaluation import appearance, layout, rejection, scenes, sentence
-from surefetch.evaluation.scene_plan import ATTRIBUTES, MARKINGS, OTHERS, SHAPES, Plan
+from surefetch.evaluation.families import OTHERS
+from surefetch.evaluation.scene_draws import MARKINGS, SHAPES
+from surefetch.evaluation.scene_plan import ATTRIBUTES, Plan
 from surefetch.evaluation.scenes import Candidate
 from surefetch.evaluation.splits import FAMILIES
 

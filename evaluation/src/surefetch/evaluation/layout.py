@@ -127,6 +127,8 @@ def _kind(plan: Plan, rng: np.random.Generator) -> ContainerKind:
     if plan.tray:
         return "tray"
     kinds = tuple(WALL_M)
+    if plan.identity_hidden and plan.relation == "inside":
+        return kinds[int(rng.choice(4, p=(0.6, 0.2, 0.0, 0.2)))]
     weights = {"covered": (0.1, 0.3, 0.3, 0.3), "ambiguous": (0.4, 0.3, 0.0, 0.3)}
     p = weights.get(plan.family, (0.25, 0.25, 0.25, 0.25))
     return kinds[int(rng.choice(4, p=p))]
@@ -324,24 +326,29 @@ def _as_planned(table: _Table, part: Part, body: Body, screens: list[Screen]) ->
         return _hidden(table, table.plan.parts[k], hidden, [body], [])
     if part.hiding in ("screen", "corner"):
         return _hidden(table, part, body, [], screens) and _unreadable(table, body, screens)
-    if part.hiding == "beside container":
-        return _confusable(table, body)
-    decides = table.plan.family in ("partial", "absent") and part.role in ("target", "near miss")
-    return not (decides and part.face == "right") or _unreadable(table, body, [])
+    if part.hiding == "beside container" and not _confusable(table, body):
+        return False
+    decides = part.role in ("target", "near miss") and part.face == "right"
+    return not decides or _unreadable(table, body, [])
 
 
 def _hidden(
     table: _Table, part: Part, body: Body, others: list[Body], screens: list[Screen]
 ) -> bool:
-    lines = Sightlines([body, *others], screens, None, table.views, lid=False)
+    lines = _sightlines(table, [body, *others], screens)
     low, high = part.hidden
     return low <= 1.0 - lines.of_body(body.name, FIRST_VIEW).share <= high
 
 
 def _unreadable(table: _Table, body: Body, screens: list[Screen]) -> bool:
-    lines = Sightlines([body], screens, None, table.views, lid=False)
+    lines = _sightlines(table, [body], screens)
     seen = lines.of_patch(body.name, FIRST_VIEW)
     return rejection_sight.tells_nothing(seen.pixels, seen.share)
+
+
+def _sightlines(table: _Table, bodies: list[Body], screens: list[Screen]) -> Sightlines:
+    """These and the open container."""
+    return Sightlines(bodies, screens, table.container, table.views, lid=False)
 
 
 def _confusable(table: _Table, body: Body) -> bool:

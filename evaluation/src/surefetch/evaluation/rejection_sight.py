@@ -26,7 +26,7 @@ TWIN_SHARE: Final = 0.6
 OVER: Final = 0.15
 CLEAR: Final = 0.05
 """Shares of a body's outline over the container: from where on they seem one, up to where not."""
-NEAR_MISS_SHARE: Final = 0.12
+NEAR_MISS_SHARE: Final = 0.04
 """Of a near-miss in `partial`: the first view must show that it is there."""
 
 
@@ -139,16 +139,22 @@ def covered(plan: Plan, look: Look) -> str | None:
 
 
 def ambiguous(plan: Plan, look: Look) -> str | None:
-    """Target and twin both read at first, unless under the lid; both whole from above."""
+    """Target and twin are read at first, unless under the lid or where identity is hidden."""
     for k, part in enumerate(plan.parts):
-        if part.role not in ("target", "twin"):
+        if part.role not in ("target", "twin", "near miss"):
             continue
         under = plan.covered and part.relation == "inside"
         first = look(k, FIRST_VIEW, "open" if under else first_cover(plan))
-        if first.share < TWIN_SHARE or not readable(first, _marked(plan)):
+        hidden = plan.identity_hidden and part.relation == plan.relation
+        if hidden and (not unreadable(first) or first.share < NEAR_MISS_SHARE):
+            return "R7 told apart at first"
+        if part.role == "near miss":
+            continue
+        if not hidden and not (first.share >= TWIN_SHARE and readable(first, _marked(plan))):
             return "R7 not readable at first"
-        if not readable(look(k, "close_high", open_cover(plan)), _marked(plan)):
-            return "R7 not readable from above"
+        sure = "right" if hidden else "close_high"
+        if not readable(look(k, sure, open_cover(plan)), _marked(plan)):
+            return f"R7 not readable from {sure}"
         if part.relation == "outside" and not confusable(
             first.over_container,
             look(k, "right", open_cover(plan)).over_container,

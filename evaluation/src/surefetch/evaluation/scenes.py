@@ -12,12 +12,12 @@ import numpy as np
 from surefetch.common.cell import Cell
 from surefetch.common.messages import Body, CameraSpec, Container, Scene, Target
 from surefetch.common.streams import stream
-from surefetch.evaluation import appearance, layout, layout_sizes, scene_plan, sentence
+from surefetch.evaluation import appearance, families, layout, layout_sizes, sentence
 from surefetch.evaluation.layout import Layout
 from surefetch.evaluation.layout_ground import Views
 from surefetch.evaluation.scene_plan import Plan, Role
 
-GENERATOR_VERSION: Final = 1
+GENERATOR_VERSION: Final = 2
 """Increases with every change that gives a seed another scene; versions are never mixed."""
 VOCABULARY_VERSION: Final = "v1"
 
@@ -39,7 +39,7 @@ class Candidate:
 
 def plan_of(family: str, seed: int) -> Plan:
     """The plan that all attempts of a seed share. Raises BadInput for an unknown family."""
-    return scene_plan.draw_plan(family, stream(family, seed, "layout"))
+    return families.draw_plan(family, stream(family, seed, "layout"))
 
 
 def draw(plan: Plan, seed: int, attempt: int, cell: Cell) -> Candidate:
