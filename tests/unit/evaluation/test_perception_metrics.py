@@ -46,10 +46,8 @@ def picture(
     )
 
 
-PLACES = st.tuples(st.integers(0, 18), st.integers(0, 18))
-SQUARES = st.builds(
-    lambda at, w, h: square(*at, w, h), PLACES, st.integers(2, 6), st.integers(2, 6)
-)
+CORNERS, SIDES = st.integers(0, 18), st.integers(2, 6)
+SQUARES = st.builds(square, CORNERS, CORNERS, SIDES, SIDES)
 FINDS = st.lists(st.builds(found, SQUARES, st.floats(0.05, 1.0)), max_size=6).map(
     lambda some: sorted(some, key=lambda one: -one.score)
 )
