@@ -12,7 +12,7 @@ from surefetch.common.errors import BadInput
 from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.instruction import parse
 from surefetch.common.messages import Target, Vocabulary
-from surefetch.evaluation import appearance, layout, rejection, scenes, sentence
+from surefetch.evaluation import appearance, layout_table, rejection, scenes, sentence
 from surefetch.evaluation.families import OTHERS
 from surefetch.evaluation.scene_draws import MARKINGS, SHAPES
 from surefetch.evaluation.scene_plan import ATTRIBUTES, Plan
@@ -56,7 +56,7 @@ def first_layout(plan: Plan, seed: int) -> Candidate:
     for attempt in range(100):
         try:
             return scenes.draw(plan, seed, attempt, CELL)
-        except layout.NoRoom:
+        except layout_table.NoRoom:
             continue
     raise AssertionError(f"nothing of {plan} could be laid out")
 

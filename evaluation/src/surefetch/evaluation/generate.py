@@ -13,8 +13,8 @@ from surefetch.common.cell import Cell, simulated_cell
 from surefetch.common.errors import SurefetchError
 from surefetch.common.messages import Scene, Target
 from surefetch.evaluation import rejection, rejection_reach, rejection_sight, sightings
-from surefetch.evaluation.layout import NoRoom
 from surefetch.evaluation.layout_ground import Views
+from surefetch.evaluation.layout_table import NoRoom
 from surefetch.evaluation.rejection_sight import Look
 from surefetch.evaluation.scene_plan import Plan
 from surefetch.evaluation.scene_truth import SceneTruth

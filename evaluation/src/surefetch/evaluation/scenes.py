@@ -43,7 +43,7 @@ def plan_of(family: str, seed: int) -> Plan:
 
 
 def draw(plan: Plan, seed: int, attempt: int, cell: Cell) -> Candidate:
-    """The attempt's candidate. Raises layout.NoRoom."""
+    """The attempt's candidate. Raises layout_table.NoRoom."""
     camera = CameraSpec(
         width=cell.camera.width,
         height=cell.camera.height,
