@@ -105,7 +105,7 @@ def _explained(
     """The best explanation of each kind over all solids."""
     best: dict[str, Explanation] = {}
     for surfaces in laid:
-        weight = np.where(surfaces.hit, share, 0.0)
+        weight = patterns.weights(surfaces, share)
         azimuth = _azimuth_of(surfaces, marked & surfaces.hit & ~surfaces.on_top)
         flat = patches.patches(surfaces, azimuth)
         for kind, found in patterns.explain(marked, weight, flat, px_m).items():

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from surefetch.common.geometry import Array
-from surefetch.perception.answers.faces import Bools
+from surefetch.perception.answers.faces import Bools, Surfaces
 from surefetch.perception.answers.patches import Patch
 
 PLAIN: Final = "plain"
@@ -23,6 +23,9 @@ SIZES: Final[dict[str, Array]] = {
     "cross": np.linspace(0.12, 0.42, 12),
 }
 """Half widths relative to the face that cover about 30 to 60 % of it."""
+GRAZING: Final = 0.10
+FULL: Final = 0.30
+"""Cosines between normal and line of sight from which on a pixel counts at all, and fully."""
 MIN_PREDICTED_PX: Final = 20.0
 """On faces that do not carry markings a hypothesis must at least explain this much."""
 
@@ -37,6 +40,17 @@ class Explanation:
     """Marked pixels it predicts"""
     cosine: float
     """Between the face's normal and the line of sight, mean over what it marks; 0 if unseen"""
+
+
+def weights(surfaces: Surfaces, share: float) -> Array:
+    """(n,) how much each pixel counts: little where the surface turns away, nothing beside it.
+
+    Args:
+        surfaces: the pixels on the solid.
+        share: pixels of the image that one of them stands for.
+    """
+    turned_to: Array = np.clip((surfaces.cosine - GRAZING) / (FULL - GRAZING), 0.0, 1.0)
+    return np.where(surfaces.hit, share * turned_to, 0.0)
 
 
 def explain(
