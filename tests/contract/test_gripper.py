@@ -10,10 +10,10 @@ from tabletop import above, body, move, scene
 
 from surefetch.common.cell import simulated_cell
 from surefetch.common.messages import AskTruth, Scene
+from surefetch.common.settings import GripModel
 from surefetch.executor.ports import Devices
 from surefetch.executor.pybullet_cell import PybulletCell
 from surefetch.executor.pybullet_devices import pybullet_devices
-from surefetch.executor.pybullet_hand import GripModel
 from surefetch.executor.simulation import Simulation
 
 NEVER: Callable[[], bool] = lambda: False  # noqa: E731

@@ -28,6 +28,9 @@ from surefetch.common.errors import BadInput
 from surefetch.common.topics import SERVICES
 
 LogLevel = Literal["debug", "info", "warning", "error"]
+GripModel = Literal["contact_then_hold", "friction", "attachment"]
+"""How the simulated hand holds what both fingers touch: by a constraint of limited force, by friction
+alone, or, as in the paper, whatever is near."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class Settings:
     cell: Cell
     executor: str = "pybullet"
     perception: str = "classical"
+    grip: GripModel = "contact_then_hold"
+    """Of the simulated hand."""
     parameters: Path | None = None
     """Folder of parameter files used instead of the shipped ones."""
     real_time: bool = False
@@ -81,6 +86,7 @@ class Machine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     cell: str | None = None
     executor: Literal["pybullet"] = "pybullet"
     perception: Literal["classical"] = "classical"
+    grip: GripModel = "contact_then_hold"
     parameters: str | None = None
     shared_memory: bool = False
     real_time: bool = False
@@ -115,6 +121,7 @@ def read_settings(argv: Sequence[str], service: str) -> Settings:
         cell=cell,
         executor=machine.executor,
         perception=machine.perception,
+        grip=machine.grip,
         parameters=_path(told.parameters, machine.parameters, folder),
         real_time=told.real_time or machine.real_time,
         log_level=told.log_level or machine.log_level,

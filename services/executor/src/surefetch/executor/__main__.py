@@ -17,7 +17,7 @@ from surefetch.executor.situation import Workcell
 
 def pybullet(settings: Settings, bus: Bus) -> ExecutorService:
     """The simulated cell."""
-    simulated = PybulletCell(settings.cell)
+    simulated = PybulletCell(settings.cell, settings.grip)
     return ExecutorService(
         Workcell.of(settings.cell, AntipodalProposer()),
         pybullet_devices(simulated, real_time=settings.real_time),

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from surefetch.common.cell import Cell
 from surefetch.common.geometry import Array, inverse
 from surefetch.common.messages import Lighting, Scene
+from surefetch.common.settings import GripModel
 from surefetch.common.streams import stream
 from surefetch.executor import pose_errors, scene_bodies, ur10e, views
-from surefetch.executor.pybullet_hand import GripModel
 from surefetch.executor.pybullet_robot import SimulatedRobot
 from surefetch.executor.pybullet_world import PybulletWorld
 

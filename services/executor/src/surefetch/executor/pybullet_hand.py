@@ -1,17 +1,13 @@
 """How the simulated hand holds: by contact, then by a constraint of limited force."""
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 
 from surefetch.common.geometry import Array, inverse
+from surefetch.common.settings import GripModel
 from surefetch.executor.pybullet_world import PybulletWorld, matrix
 from surefetch.executor.quiet_pybullet import pybullet
-
-GripModel = Literal["contact_then_hold", "friction", "attachment"]
-"""How a closed hand holds: contact first and then a constraint of limited force; contact alone; or
-whatever is nearest between the fingers (the paper's simulation)."""
 
 HOLD_FORCE_N = 200.0
 ATTACH_FORCE_N = 10_000.0

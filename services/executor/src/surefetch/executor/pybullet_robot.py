@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from surefetch.common.geometry import Array
+from surefetch.common.settings import GripModel
 from surefetch.executor import ur10e
-from surefetch.executor.pybullet_hand import GripModel, HoldingHand
+from surefetch.executor.pybullet_hand import HoldingHand
 from surefetch.executor.pybullet_world import PybulletWorld
 from surefetch.executor.quiet_pybullet import pybullet
 from surefetch.executor.urdf import FINGER_JOINTS, RETRACTION_JOINT, robot_urdf
