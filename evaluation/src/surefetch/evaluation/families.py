@@ -36,7 +36,7 @@ OTHERS: Final = {
 """Fewest and most bodies besides the target."""
 THIRDS: Final = ((0.45, 0.60), (0.60, 0.80), (0.80, 0.95))
 """Of the target's occlusion from the first view, in the family `partial`."""
-P_IDENTITY_HIDDEN: Final = 0.6
+P_IDENTITY_HIDDEN: Final = 0.75
 """Of `ambiguous`: depth tells inside from outside at once, so that looking once would solve it."""
 READABLE_FIRST: Final[tuple[Face, ...]] = ("top", "top", "front")
 """Faces that the first view reads."""
