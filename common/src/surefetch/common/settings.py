@@ -29,8 +29,8 @@ from surefetch.common.topics import SERVICES
 
 LogLevel = Literal["debug", "info", "warning", "error"]
 GripModel = Literal["contact_then_hold", "friction", "attachment"]
-"""How the simulated hand holds: what both fingers touch by a constraint of limited force, by friction
-alone, or, as in the paper, whatever is near."""
+"""How the simulated hand holds: what both fingers touch by a constraint of limited force or by
+friction alone, or, as in the paper, whatever is near."""
 
 
 @dataclass(frozen=True)
