@@ -11,9 +11,9 @@ from surefetch.common.rgbd_folder import RgbdFrame
 from surefetch.perception import bodies, likeness, screens
 from surefetch.perception.answers.scorer import ClassicalScorer
 from surefetch.perception.frame_geometry import Geometry, LatestGeometry
+from surefetch.perception.lifting import Lifted
 from surefetch.perception.mask import Bits, box_iou, box_of
 from surefetch.perception.ports import Backend, BoxPx, Proposal, Proposals
-from surefetch.perception.surface import Surface
 
 VOCABULARY: Final = Vocabulary(
     backend="classical-1",
@@ -26,6 +26,9 @@ VOCABULARY: Final = Vocabulary(
 )
 SAME_BOX_IOU: Final = 0.5
 SMALL_PX: Final = 20.0
+"""Bodies of so few pixels may be nothing"""
+SHAPE_PX: Final = 200.0
+"""Bodies of so few pixels show little of their shape"""
 
 
 def classical_backend(geometry: LatestGeometry) -> Backend:
@@ -82,10 +85,11 @@ class ClassicalProposer:
     def propose(self, frame: RgbdFrame, target: Target) -> Proposals:
         """See `ports.Proposer`."""
         parts = self._parts.of(frame)
-        surface = self._geometry.of(frame).surface
+        lifted = self._geometry.lifted(frame, parts.bodies)
         phrase = " ".join(word for word in (target.color, target.noun) if word)
         candidates = [
-            Proposal(box_of(bits), _score(surface, bits, target), phrase) for bits in parts.bodies
+            Proposal(box_of(bits), _score(frame, bits, body, target), phrase)
+            for bits, body in zip(parts.bodies, lifted, strict=True)
         ]
         candidates.sort(key=lambda proposal: -proposal.score)
         container = self._geometry.of(frame).container
@@ -96,13 +100,14 @@ class ClassicalProposer:
         return Proposals(tuple(candidates), found)
 
 
-def _score(surface: Surface, bits: Bits, target: Target) -> float:
-    """What is seen well, and looks like what is asked, comes first."""
+def _score(frame: RgbdFrame, bits: Bits, body: Lifted, target: Target) -> float:
+    """What shows something, and looks like what is asked as far as it is seen, comes first."""
     n_px = int(np.count_nonzero(bits))
-    well_seen = n_px / (n_px + SMALL_PX)
-    color = likeness.of_color(surface.frame.rgb[bits], target.color)
-    build = likeness.of_build(surface, bits, target.shape)
-    return well_seen * (0.4 + 0.4 * color + 0.2 * build)
+    color = likeness.of_color(frame.rgb[bits], target.color)
+    build = likeness.of_build(body, target.shape)
+    hidden = min(1.0, 2.0 * body.outline.occluded_share)
+    trusted = (1.0 - hidden) * n_px / (n_px + SHAPE_PX)
+    return n_px / (n_px + SMALL_PX) * (0.4 + 0.3 * color + 0.3 * (1.0 - trusted * (1.0 - build)))
 
 
 class ClassicalSegmenter:

@@ -19,7 +19,7 @@ SLIVER_PX: Final = 400
 SLIVER_SHARE: Final = 0.2
 """A sliver has at most this share of its body's pixels"""
 GRAZING_STEP_M: Final = 0.012
-MIN_BORDER_SHARE: Final = 0.15
+MIN_BORDER_SHARE: Final = 0.3
 """Of a sliver's pixels' square root: so much of its outline is shared with its body"""
 SAME_COLOR: Final = 0.35
 """Hellinger distance of histograms"""

@@ -1,5 +1,6 @@
 """What depth alone says of a frame, worked out once and shared by all that ask about that frame."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from surefetch.common.errors import BadInput
@@ -9,6 +10,8 @@ from surefetch.perception import foreground as foregrounds
 from surefetch.perception import surface as surfaces
 from surefetch.perception.container import Container
 from surefetch.perception.foreground import Foreground
+from surefetch.perception.lifting import Lifted, lift
+from surefetch.perception.mask import Bits
 from surefetch.perception.surface import Surface
 
 
@@ -46,13 +49,27 @@ def geometry_of(frame: RgbdFrame) -> Geometry:
 
 
 class LatestGeometry:
-    """Keeps the geometry of the frame asked about last, by the frame's identity."""
+    """Keeps the geometry of the frame asked about last, by the frame's identity.
+
+    Proposer, segmenter and the steps around them ask about the same frame, and often the same
+    masks, one after the other; each is worked out once.
+    """
 
     def __init__(self) -> None:
         self._latest: tuple[RgbdFrame, Geometry] | None = None
+        self._lifted: dict[int, tuple[Bits, Lifted]] = {}
 
     def of(self, frame: RgbdFrame) -> Geometry:
         """As `geometry_of`, worked out once for one frame."""
         if self._latest is None or self._latest[0] is not frame:
+            self._lifted = {}
             self._latest = (frame, geometry_of(frame))
         return self._latest[1]
+
+    def lifted(self, frame: RgbdFrame, masks: Sequence[Bits]) -> tuple[Lifted, ...]:
+        """As `lifting.lift`, worked out once for one mask of one frame."""
+        found = self.of(frame)
+        new = [bits for bits in masks if id(bits) not in self._lifted]
+        for bits, lifted in zip(new, lift(found.surface, found.container, new), strict=True):
+            self._lifted[id(bits)] = (bits, lifted)
+        return tuple(self._lifted[id(bits)][1] for bits in masks)

@@ -42,33 +42,81 @@ INSIDE: Final = 0.85
 _GRID: Final = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 7)] * 3), axis=-1).reshape(-1, 3)
 
 
+@dataclass(frozen=True, eq=False)
+class Lifted:
+    """What one mask shows in the world."""
+
+    core: Bits
+    """(h, w) the mask without its margin"""
+    outline: Outline
+    inside: bool
+    """Over the interior of an open container"""
+    base_m: float
+    """World z of what it stands on"""
+    points_m: Floats
+    """(n, 3) all usable surface points"""
+    fits: Mapping[Kind, Solid]
+    solid: Box3d | None
+    """The body as a box; None without usable depth"""
+    hist: tuple[float, ...] | None
+
+
 def lift(
-    surface: Surface,
-    container: Container | None,
-    masks: Sequence[tuple[Proposal, Bits]],
-) -> tuple[Candidate, ...]:
-    """Every masked proposal as a candidate, in order."""
-    looks = [_look(surface, container, bits) for _, bits in masks]
-    with_depth = [look for look in looks if look.seen is not None]
+    surface: Surface, container: Container | None, masks: Sequence[Bits]
+) -> tuple[Lifted, ...]:
+    """Every mask (h, w) as a body, in order; all are fitted as one batch."""
+    looks = [_look(surface, container, bits) for bits in masks]
     view = View(surface.frame.K, inverse(surface.T_world_camera), surface.eye_world_m)
-    fits = iter(solids.fit([look.seen for look in with_depth if look.seen is not None], view))
-    out = []
-    for (proposal, bits), look in zip(masks, looks, strict=True):
-        fitted = {} if look.seen is None else next(fits)
-        out.append(_candidate(surface, proposal, bits, look, fitted))
-    return tuple(out)
+    fitted = iter(solids.fit([look.seen for look in looks if look.seen is not None], view))
+    return tuple(
+        _lifted(surface, look, {} if look.seen is None else next(fitted)) for look in looks
+    )
+
+
+def candidate_of(proposal: Proposal, bits: Bits, lifted: Lifted) -> Candidate:
+    """A proposal with its mask and what that shows."""
+    n = len(lifted.points_m)
+    return Candidate(
+        box_px=box_of(bits),
+        score=proposal.score,
+        phrase=proposal.phrase,
+        bits=bits,
+        core=lifted.core,
+        n_px=int(np.count_nonzero(bits)),
+        occluded_share=lifted.outline.occluded_share,
+        border_share=lifted.outline.border_share,
+        on_container_floor=lifted.inside,
+        base_m=lifted.base_m,
+        center_world_m=None if lifted.solid is None else lifted.solid.center_world_m,
+        solid=lifted.solid,
+        fits=lifted.fits,
+        points_world_m=lifted.points_m[_evenly(n, min(n, MAX_POINTS))],
+        hist=lifted.hist,
+    )
+
+
+def _lifted(surface: Surface, look: "_Look", fits: dict[Kind, Solid]) -> Lifted:
+    return Lifted(
+        core=look.core,
+        outline=look.outline,
+        inside=look.inside,
+        base_m=look.base_m,
+        points_m=look.points_m,
+        fits=fits,
+        solid=None if look.pushed is None else guarded(fits, look.pushed, surface),
+        hist=histogram(surface.frame.rgb[look.core]),
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """What a mask shows before anything is fitted."""
+    """What a mask shows before anything is fitted; without usable depth, no `pushed` and `seen`."""
 
     core: Bits
     outline: Outline
     inside: bool
     base_m: float
     points_m: Floats
-    """(n, 3) all usable surface points"""
     pushed: Box3d | None
     seen: Seen | None
 
@@ -154,30 +202,6 @@ def _seen(surface: Surface, points: Floats, outline: Outline, pushed: Box3d, bas
 def _evenly(n: int, wanted: int) -> NDArray[np.intp]:
     """`wanted` indices spread over n, repeated when there are fewer."""
     return np.asarray((np.arange(wanted) + 0.5) * n / max(wanted, 1)).astype(np.intp)
-
-
-def _candidate(
-    surface: Surface, proposal: Proposal, bits: Bits, look: _Look, fits: dict[Kind, Solid]
-) -> Candidate:
-    solid = None if look.pushed is None else guarded(fits, look.pushed, surface)
-    n = len(look.points_m)
-    return Candidate(
-        box_px=box_of(bits),
-        score=proposal.score,
-        phrase=proposal.phrase,
-        bits=bits,
-        core=look.core,
-        n_px=int(np.count_nonzero(bits)),
-        occluded_share=look.outline.occluded_share,
-        border_share=look.outline.border_share,
-        on_container_floor=look.inside,
-        base_m=look.base_m,
-        center_world_m=None if solid is None else solid.center_world_m,
-        solid=solid,
-        fits=fits,
-        points_world_m=look.points_m[_evenly(n, min(n, MAX_POINTS))],
-        hist=histogram(surface.frame.rgb[look.core]),
-    )
 
 
 def guarded(fits: Mapping[Kind, Solid], pushed: Box3d, surface: Surface) -> Box3d:

@@ -6,13 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefetch.perception.answers.color import HUES_DEG
+from surefetch.perception.answers.shape import SOLIDS
 from surefetch.perception.histogram import CHROMATIC_SATURATION, CHROMATIC_VALUE, hsv_of
-from surefetch.perception.mask import Bits
-from surefetch.perception.surface import Surface
+from surefetch.perception.lifting import Lifted
+from surefetch.perception.solids import Solid
 
 HUE_REACH_DEG: Final = 40.0
 DARK_VALUE: Final = 0.30
-AS_HIGH_AS_WIDE: Final = frozenset({"cube", "ball"})
+RMS_REACH: Final = 0.6
+LOG_CUBE: Final = float(np.log(1.15))
+LOG_REACH: Final = float(np.log(1.35))
 TOO_WIDE_M: Final = 0.14
 """No hand of this size holds it"""
 _STRIDE_PX: Final = 400
@@ -35,18 +38,25 @@ def of_color(rgb: NDArray[np.uint8], color: str | None) -> float:
     return float(np.mean(np.where(chromatic, np.clip(1.0 - gap / HUE_REACH_DEG, 0.0, 1.0), 0.0)))
 
 
-def of_build(surface: Surface, bits: Bits, shape: str | None) -> float:
-    """Whether the visible proportions allow the shape and a hand can hold it, in [0, 1]."""
-    points = surface.points_world_m[bits & surface.valid]
-    if len(points) < _STRIDE_PX // 10:
+def of_build(body: Lifted, shape: str | None) -> float:
+    """Whether size and fitted solids allow the shape, in [0, 1]; a hand must be able to hold it."""
+    solid = body.solid
+    if solid is None:
         return 0.5
-    away = points[:, :2].mean(0) - surface.eye_world_m[:2]
-    across = np.array([-away[1], away[0]]) / max(float(np.hypot(*away)), 1e-9)
-    low, high = np.percentile(points[:, :2] @ across, (3, 97))
-    width = float(high - low)
-    if width > TOO_WIDE_M:
+    if min(solid.size_m[:2]) > TOO_WIDE_M:
         return 0.0
-    if shape not in AS_HIGH_AS_WIDE:
+    kind = None if shape is None else SOLIDS.get(shape)
+    if kind is None or kind not in body.fits:
         return 1.0
-    height = float(np.percentile(points[:, 2], 98)) - surface.support_z_m
-    return float(np.clip(2.0 - 3.0 * abs(np.log(max(height, 1e-3) / max(width, 1e-3))), 0.0, 1.0))
+    worse = body.fits[kind].rms - min(fit.rms for fit in body.fits.values())
+    return float(np.clip(1.0 - worse / RMS_REACH, 0.0, 1.0)) * _proportions(body.fits[kind], shape)
+
+
+def _proportions(solid: Solid, shape: str | None) -> float:
+    """Whether a box is as long as wide as high, in [0, 1]; 1 for what is no box."""
+    if shape not in ("cube", "block"):
+        return 1.0
+    sides = (*solid.size_m, solid.top_m - solid.base_m)
+    longer = float(np.log(max(sides) / max(min(sides), 1e-3)))
+    cube = float(np.clip(1.0 - (longer - LOG_CUBE) / LOG_REACH, 0.0, 1.0))
+    return cube if shape == "cube" else 1.0 - cube

@@ -10,9 +10,10 @@ from typing import Final
 
 from surefetch.common.messages import Answers, Target
 from surefetch.common.rgbd_folder import RgbdFrame
-from surefetch.perception import lifting, mask, obstacles
+from surefetch.perception import mask, obstacles
 from surefetch.perception.candidate import Candidate, SceneView
 from surefetch.perception.frame_geometry import LatestGeometry
+from surefetch.perception.lifting import candidate_of
 from surefetch.perception.mask import Bits
 from surefetch.perception.obstacles import Obstacles
 from surefetch.perception.ports import Backend, Proposal
@@ -48,7 +49,11 @@ def observe(
     container_bits = masks[-1] if proposals.container else None
     kept = _kept(list(zip(proposals.candidates, masks, strict=False)), container_bits)
     groups = _grouped([bits for _, bits in kept])
-    candidates = lifting.lift(found.surface, found.container, kept)
+    lifted = geometry.lifted(frame, [bits for _, bits in kept])
+    candidates = tuple(
+        candidate_of(proposal, bits, body)
+        for (proposal, bits), body in zip(kept, lifted, strict=True)
+    )
     scene = SceneView(found.surface, found.container, container_bits, candidates)
     return Perceived(
         scene,

@@ -18,10 +18,9 @@ MIN_PX: Final = 60
 MIN_HEIGHT_M: Final = 0.010
 MIN_SIZE_M: Final = 0.006
 MAX_PLATES: Final = 4
-MIN_IN_PLATES: Final = 0.9
 MIN_PLATE_SHARE: Final = 0.04
 THIN_TO_M: Final = 0.006
-_SAMPLES: Final = 600
+_SAMPLES: Final = 800
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +55,11 @@ def _boxes(surface: Surface, bits: Bits) -> list[Box3d]:
     if len(points_of) < MIN_PX:
         return []
     points: Array = points_of[:: max(1, len(points_of) // _SAMPLES)].astype(np.float64)
-    found = plates.strips(points[:, :2], MAX_PLATES)
-    if np.any(found[:2], axis=0).mean() < MIN_IN_PLATES:
+    if not plates.are_plates(points):
         return _around(points, surface.support_z_m)
+    found = plates.strips(points[:, :2], MAX_PLATES)
     least = MIN_PLATE_SHARE * len(points)
-    own = [points[which] for which in found if which.sum() >= least]
+    own = [points[one.which] for one in found if one.which.sum() >= least]
     return [box for plate in own for box in _around(plate, surface.support_z_m)]
 
 

@@ -1,5 +1,6 @@
 """Upright plates among points seen from above: straight thin strips. Pure."""
 
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -7,35 +8,67 @@ from numpy.typing import NDArray
 
 from surefetch.common.geometry import Array
 
-THICKNESS_M: Final = 0.010
-"""What of a plate of 6 mm shows from above, with noise"""
+THICKNESS_M: Final = 0.014
+"""What of a plate of 8 mm shows from above, with noise"""
+EDGE_M: Final = 0.007
+MIN_EDGE_POINTS: Final = 20
+MIN_EDGE_SHARE: Final = 0.92
+MIN_SHARE: Final = 0.8
+MIN_CORNER_RAD: Final = float(np.deg2rad(18.0))
+"""Strips that are more parallel than this are no two plates but one broad body"""
 _YAWS: Final = np.deg2rad(np.arange(0.0, 180.0, 3.0))
 
 Which = NDArray[np.bool_]
 
 
-def strips(xy_m: Array, at_most: int) -> list[Which]:
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """Points in a straight strip."""
+
+    which: Which
+    """(n,)"""
+    normal_rad: float
+    """Direction across it, in [0, pi)"""
+
+
+def strips(xy_m: Array, at_most: int) -> list[Strip]:
     """The strips that hold the most of the points (n, 2), one after the other, disjoint."""
     left = np.arange(len(xy_m))
     found = []
     for _ in range(at_most):
         if not len(left):
             break
-        inside = _best_strip(xy_m[left])
+        inside, normal = _best_strip(xy_m[left])
         which = np.zeros(len(xy_m), dtype=np.bool_)
         which[left[inside]] = True
-        found.append(which)
+        found.append(Strip(which, normal))
         left = left[~inside]
     return found
 
 
-def share_in_strips(xy_m: Array, n: int) -> float:
-    """Share of the points (n, 2) that lie in the best n strips."""
-    return float(np.any(strips(xy_m, n), axis=0).mean())
+def are_plates(points_m: Array) -> bool:
+    """Points (n, 3) of one upright plate, or of two that meet at an angle.
+
+    The upper edge tells: seen from above, a plate's is a line and a body's top is not.
+    """
+    edge = points_m[points_m[:, 2] > np.percentile(points_m[:, 2], 98) - EDGE_M]
+    upper = edge if len(edge) >= MIN_EDGE_POINTS else points_m
+    return _share(upper[:, :2]) > MIN_EDGE_SHARE and _share(points_m[:, :2]) > MIN_SHARE
 
 
-def _best_strip(xy_m: Array) -> Which:
-    """Which points lie in the straight strip that holds the most of them."""
+def _share(xy_m: Array) -> float:
+    """Share of the points (n, 2) in the best strip and in one that meets it at an angle."""
+    first, *more = strips(xy_m, 2)
+    share = float(first.which.mean())
+    for second in more:
+        turn = abs(second.normal_rad - first.normal_rad)
+        if min(turn, np.pi - turn) > MIN_CORNER_RAD:
+            share += float(second.which.mean())
+    return share
+
+
+def _best_strip(xy_m: Array) -> tuple[Which, float]:
+    """Which points lie in the straight strip that holds the most of them, and its normal."""
     across = np.outer(np.cos(_YAWS), xy_m[:, 0]) + np.outer(np.sin(_YAWS), xy_m[:, 1])
     order = np.sort(across, axis=1)
     held = np.stack([np.searchsorted(row, row + THICKNESS_M, "right") for row in order])
@@ -43,4 +76,4 @@ def _best_strip(xy_m: Array) -> Which:
     yaw, first = np.unravel_index(int(np.argmax(held)), held.shape)
     start = order[yaw, first]
     inside: Which = (across[yaw] >= start) & (across[yaw] <= start + THICKNESS_M)
-    return inside
+    return inside, float(_YAWS[yaw])

@@ -14,12 +14,13 @@ from surefetch.perception.surface import Surface
 MAX_SATURATION: Final = 0.16
 MIN_VALUE: Final = 0.13
 MAX_VALUE: Final = 0.62
-MIN_HEIGHT_M: Final = 0.020
-MIN_LARGER_M: Final = 0.050
+HIGH_M: Final = 0.070
+LOW_M: Final = 0.045
+BROAD_M: Final = 0.072
+"""Screens are high, or broad and not low"""
 MAX_OBJECT_HEIGHT_M: Final = 0.125
 MAX_OBJECT_WIDTH_M: Final = 0.30
-MIN_IN_PLATES: Final = 0.94
-_SAMPLES: Final = 500
+_SAMPLES: Final = 800
 
 
 def is_screen(surface: Surface, container: Container | None, bits: Bits) -> bool:
@@ -36,11 +37,12 @@ def is_screen(surface: Surface, container: Container | None, bits: Bits) -> bool
     width = float((high - low).max())
     if width > MAX_OBJECT_WIDTH_M:
         return True
-    if max(width, height) < MIN_LARGER_M or height < MIN_HEIGHT_M or not _is_grey(surface, bits):
+    large = height > HIGH_M or (height > LOW_M and width > BROAD_M)
+    if not large or not _is_grey(surface, bits):
         return False
     if container is not None and float(container.holds(points[:, :2]).mean()) > 0.5:
         return False
-    return height > MAX_OBJECT_HEIGHT_M or plates.share_in_strips(points[:, :2], 2) > MIN_IN_PLATES
+    return height > MAX_OBJECT_HEIGHT_M or plates.are_plates(points)
 
 
 def _is_grey(surface: Surface, bits: Bits) -> bool:
