@@ -3,7 +3,7 @@
 A grid cell is occupied when its highest observed point has the height in question.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import cv2
@@ -45,6 +45,11 @@ class Rectangle:
         own = np.abs(self.own(xy_m))
         gap: Array = np.minimum(self.size_m[0] / 2 - own[..., 0], self.size_m[1] / 2 - own[..., 1])
         return gap
+
+    def grown(self, by_m: float) -> "Rectangle":
+        """Every side moved outwards."""
+        (u0, u1), (v0, v1) = self.u_m, self.v_m
+        return replace(self, u_m=(u0 - by_m, u1 + by_m), v_m=(v0 - by_m, v1 + by_m))
 
     @property
     def size_m(self) -> tuple[float, float]:
