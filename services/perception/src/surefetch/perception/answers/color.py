@@ -29,7 +29,9 @@ HUE_UNIT_DEG: Final = 2.0
 GREY_UNIT: Final = 0.12
 WELL_SEEN_PX: Final = 60
 RIVAL_PX: Final = 12.0
-"""Which of two tones is the body's must make this much difference."""
+RIVAL_COST_SHARE: Final = 0.5
+"""Which of two tones is the body's must make this much difference, more where neither explains
+the picture well."""
 STRAY_HUE_SHARE: Final = 0.02
 HUE_DOUBT: Final = 200.0
 
@@ -50,7 +52,8 @@ def color(look: Look, asked: str) -> Answer:
 def _doubt_of_grey(look: Look) -> float:
     """A little hue may be all that is seen of a coloured body below its marking."""
     hidden_hue = max(0.0, look.tones.hue_share - STRAY_HUE_SHARE)
-    undecided = bool(look.explanations) and look.rival_px < RIVAL_PX
+    left = min((found.cost_px for found in look.explanations.values()), default=0.0)
+    undecided = bool(look.explanations) and look.rival_px < RIVAL_PX + RIVAL_COST_SHARE * left
     return HUE_DOUBT * hidden_hue + (2 * SURE if undecided else 0.0)
 
 

@@ -4,7 +4,8 @@ from typing import Final
 
 from surefetch.common.messages import Answer
 from surefetch.perception.answers.answer import identity
-from surefetch.perception.answers.look import Look
+from surefetch.perception.answers.look import Look, best_solid
+from surefetch.perception.answers.patches import carriers_known
 from surefetch.perception.answers.patterns import PLAIN
 
 MARKINGS: Final = (PLAIN, "stripe", "dot", "cross")
@@ -22,7 +23,9 @@ def marking(look: Look, asked: str, *, pose_known: bool) -> Answer:
     if not found:
         return identity(0.0, 1.0, {"n_px": look.candidate.n_px})
     costs = {kind: found[kind].cost_px if kind in found else look.n_marked_px for kind in MARKINGS}
-    if not pose_known:  # any face may carry a marking, also one turned away
+    solid = best_solid(look.candidate)
+    if solid is None or not (pose_known and carriers_known(solid)):
+        # any face may carry a marking, also one turned away
         costs = {kind: min(cost, costs[PLAIN]) for kind, cost in costs.items()}
     rivals = {kind: cost for kind, cost in costs.items() if kind != asked}
     best = min(costs.values())

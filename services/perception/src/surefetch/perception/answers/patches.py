@@ -16,9 +16,12 @@ import numpy as np
 
 from surefetch.common.geometry import Array
 from surefetch.perception.answers.faces import Bools, Surfaces, outline_of
+from surefetch.perception.solids import Solid
 
 CARRIERS_RAD: Final = (np.pi, -np.pi / 2)
 """World azimuths of the side faces that may carry a marking: front and right."""
+MAX_TURN_RAD: Final = float(np.radians(18.0))
+"""The allowed turn and the error of a fit"""
 TURNS_RAD: Final = np.radians(np.arange(-18.0, 18.1, 3.0))
 ROUND_HALF_RAD: Final = float(np.pi / 4)
 HEXAGON_HALF_RAD: Final = float(np.pi / 6)
@@ -59,6 +62,19 @@ def patches(surfaces: Surfaces, marked_azimuth_rad: float | None) -> Iterator[Pa
         yield from _box_sides(surfaces)
     else:
         yield from _sectors(surfaces, marked_azimuth_rad)
+
+
+def carriers_known(solid: Solid) -> bool:
+    """Whether a solid's turn tells which of its faces may carry a marking.
+
+    A box or a six-sided prism that is turned farther than markings allow may be turned by any
+    number of its sides. Round ones look the same at every turn.
+    """
+    sides = {"box": 4, "hexagonal prism": 6}.get(solid.kind)
+    if sides is None:
+        return True
+    turn = float(wrapped(np.array(solid.yaw_rad * sides))) / sides
+    return abs(turn) <= MAX_TURN_RAD
 
 
 def wrapped(angle_rad: Array) -> Array:

@@ -18,6 +18,8 @@ SOLIDS: Final[dict[str, Kind]] = {
 }
 RMS_UNIT: Final = 0.05
 """Residuals this far apart are told apart, if the body is well seen."""
+GOOD_RMS: Final = 0.6
+"""Right solids fit at least this well."""
 WELL_SEEN_PX: Final = 150
 FREE_OCCLUSION: Final = 0.12
 BOX_UNIT_PX: Final = 10.0
@@ -54,6 +56,9 @@ def _longer(look: Look, box: Solid) -> float:
 
 
 def _doubt(candidate: Candidate) -> float:
+    """Factor on the unit: more for what is hidden, small, cut, or fitted by no solid."""
     hidden = max(0.0, candidate.occluded_share - FREE_OCCLUSION)
     small = max(0.0, 1.0 - candidate.n_px / WELL_SEEN_PX)
-    return 1.0 + 8.0 * hidden + 4.0 * small + 10.0 * candidate.border_share
+    misfit = max(0.0, min(solid.rms for solid in candidate.fits.values()) - GOOD_RMS)
+    cut = candidate.border_share
+    return (1.0 + 8.0 * hidden) * (1.0 + 4.0 * small) * (1.0 + 10.0 * cut) * (1.0 + 5.0 * misfit)
