@@ -92,9 +92,7 @@ def test_a_marking_that_may_be_turned_away_costs_no_more_than_none() -> None:
     assert {found[kind].cost_px for kind in (PLAIN, *MARKS)} == {0.0}
 
 
-def test_on_the_far_right_of_a_cylinder_a_dot_may_hide_and_a_stripe_shows_its_end() -> (
-    None
-):
+def test_on_the_far_right_of_a_cylinder_a_dot_may_hide_and_a_stripe_shows_its_end() -> None:
     laid = seen(TALL)
     found = explained(np.zeros(len(laid.met), dtype=np.bool_), laid)
     assert found["dot"].cost_px < 2.0
