@@ -178,9 +178,18 @@ def _ambiguous(rng: np.random.Generator) -> Plan:
         covered,
         ", ".join(word for word in words if word),
         (*pair, *misses, *fillers),
-        clear_right=chance(rng, 0.5),
+        clear_right=_clear_right(asked, hidden and relation == "outside", rng),
         identity_hidden=hidden,
     )
+
+
+def _clear_right(asked: Attributes, read_there: bool, rng: np.random.Generator) -> bool | None:
+    """Half and half; left open where the right view must read the body, and for balls.
+
+    Few places beside a container hide as much of a ball as that.
+    """
+    clear = chance(rng, 0.5)
+    return None if read_there or asked.shape == "ball" else clear
 
 
 def _side(

@@ -19,6 +19,8 @@ from surefetch.evaluation.layout_table import UNPAINTED, NoRoom, Table, footprin
 from surefetch.evaluation.scene_plan import Plan
 
 TRIES: Final = 60
+TRIES_BESIDE: Final = 150
+"""Few places beside a container are such that a body seems to belong to it."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ def _hardest_first(plan: Plan) -> list[int]:
 def _place(table: Table, k: int) -> None:
     """Find a place for one body, screens and all. Raises NoRoom."""
     part = table.plan.parts[k]
-    for _ in range(TRIES):
+    for _ in range(TRIES_BESIDE if part.hiding == "beside container" else TRIES):
         size = size_of(table, part)
         xy = spot_for(table, part, size)
         if xy is None:

@@ -69,7 +69,10 @@ def _sightlines(table: Table, bodies: list[Body], screens: list[Screen]) -> Sigh
 def _confusable(table: Table, body: Body) -> bool:
     """Whether the body seems to belong to the container where the plan wants it to seem so."""
     lines = Sightlines([body], [], table.container, table.views, lid=True)
-    first, right, above = (lines.over_container(body.name, view) for view in rejection_sight.VIEWS)
+    first = lines.over_container(body.name, FIRST_VIEW)
+    if first < rejection_sight.OVER:
+        return False
+    right, above = (lines.over_container(body.name, view) for view in rejection_sight.OTHER_VIEWS)
     return (
         rejection_sight.confusable(first, right, above, table.plan.clear_right)
         and lines.of_body(body.name, FIRST_VIEW).share >= rejection_sight.TWIN_SHARE

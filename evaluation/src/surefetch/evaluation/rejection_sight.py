@@ -165,16 +165,17 @@ def ambiguous(plan: Plan, look: Look) -> str | None:
     return None
 
 
-def confusable(first: float, right: float, above: float, clear_right: bool) -> bool:
+def confusable(first: float, right: float, above: float, clear_right: bool | None) -> bool:
     """Whether what stands outside seems to belong to the container where it is to seem so.
 
     Args:
         first: Share of its outline over the container in the first view.
         right: The same in the right view.
         above: The same from above, where the relation is always clear.
-        clear_right: Whether the right view makes it clear.
+        clear_right: Whether the right view makes it clear; None: either way.
     """
-    return first >= OVER and above <= CLEAR and (right <= CLEAR) == clear_right
+    as_wanted = clear_right is None or (right <= CLEAR) == clear_right
+    return first >= OVER and above <= CLEAR and as_wanted
 
 
 def absent(plan: Plan, look: Look) -> str | None:

@@ -64,8 +64,9 @@ class Plan:
     """The container must be a tray."""
     empty_screen: bool = False
     """A screen that hides nothing but table."""
-    clear_right: bool = True
-    """Whether the right view shows that what stands beside the container is outside it."""
+    clear_right: bool | None = None
+    """Whether the right view shows that what stands beside the container is outside it; None: it
+    may or may not."""
     identity_hidden: bool = False
     """In an ambiguous scene: the first view reads the marking of neither the target nor the
     near-miss on its side."""

@@ -17,7 +17,7 @@ from surefetch.evaluation.layout import Layout
 from surefetch.evaluation.layout_ground import Views
 from surefetch.evaluation.scene_plan import Plan, Role
 
-GENERATOR_VERSION: Final = 3
+GENERATOR_VERSION: Final = 4
 """Increases with every change that gives a seed another scene; versions are never mixed."""
 VOCABULARY_VERSION: Final = "v1"
 
