@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from surefetch.common.cell import simulated_cell
 from surefetch.common.geometry import Array, inverse, rotation_z, transform
 from surefetch.common.messages import Shape
-from surefetch.executor import ur10e
-from surefetch.executor.grasps import GraspPose
-from surefetch.executor.hand import Hand, rg6
-from surefetch.executor.scene_meshes import ball, outline, prism
+from surefetch.executor.grasping.ports import GraspPose
+from surefetch.executor.robot import ur10e
+from surefetch.executor.robot.hand import Hand, rg6
+from surefetch.executor.simulation.scene_meshes import ball, outline, prism
 
 HAND: Hand = rg6(ur10e.camera_mount(simulated_cell().camera))
 SPACING_M = 0.005

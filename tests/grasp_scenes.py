@@ -10,7 +10,7 @@ from tabletop import LIGHTING
 
 from surefetch.common.geometry import Array, rotation_z
 from surefetch.common.messages import Body, Container, Rgb, Scene, Shape
-from surefetch.executor.scene_meshes import outline
+from surefetch.executor.simulation.scene_meshes import outline
 
 AREA_M = (np.array([0.75, -0.30]), np.array([1.15, 0.30]))
 CLOSE_M = (0.008, 0.040)

@@ -33,12 +33,12 @@ from surefetch.common.messages import (
 )
 from surefetch.common.rgbd_folder import RgbdFrame
 from surefetch.common.topics import EXECUTOR, FRAME
-from surefetch.executor.grasp_antipodal import AntipodalProposer
-from surefetch.executor.pybullet_cell import PybulletCell
-from surefetch.executor.pybullet_devices import pybullet_devices
+from surefetch.executor.grasping.antipodal import AntipodalProposer
 from surefetch.executor.service import ExecutorService
-from surefetch.executor.simulation import Simulation
-from surefetch.executor.situation import Workcell
+from surefetch.executor.simulation.pybullet_cell import PybulletCell
+from surefetch.executor.simulation.pybullet_devices import pybullet_devices
+from surefetch.executor.simulation.scorer_questions import Simulation
+from surefetch.executor.skills.situation import Workcell
 from surefetch.perception import mask
 from surefetch.perception.classical import classical_backend
 from surefetch.perception.frame_geometry import LatestGeometry

@@ -40,7 +40,7 @@ from surefetch.common.messages import (
     Target,
     TrackSummary,
 )
-from surefetch.evaluation.observed import Observed, Stamped
+from surefetch.evaluation.showing.observed import Observed, Stamped
 
 WIDTH, HEIGHT = 160, 120
 K = np.array([[130.0, 0.0, 79.5], [0.0, 130.0, 59.5], [0.0, 0.0, 1.0]])

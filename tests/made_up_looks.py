@@ -4,7 +4,7 @@ import numpy as np
 
 from surefetch.common.hypotheses import ABS, UNOBS, tracked
 from surefetch.common.messages import Answers, Assigned, BeliefReply, Track
-from surefetch.evaluation.walk import Look
+from surefetch.evaluation.recordings.walk import Look
 
 
 def look(

@@ -9,9 +9,9 @@ from surefetch.common.cell import simulated_cell
 from surefetch.common.geometry import Array, intrinsics
 from surefetch.common.messages import Scene, Target
 from surefetch.common.rgbd_folder import RgbdFrame
-from surefetch.executor.pybullet_world import PybulletWorld
-from surefetch.executor.sensor_noise import noisy_depth, noisy_rgb
-from surefetch.executor.views import camera_pose
+from surefetch.executor.robot.views import camera_pose
+from surefetch.executor.simulation.pybullet_world import PybulletWorld
+from surefetch.executor.simulation.sensor_noise import noisy_depth, noisy_rgb
 from surefetch.perception.classical import classical_backend
 from surefetch.perception.frame_geometry import LatestGeometry
 from surefetch.perception.observe import Perceived, observe

@@ -17,9 +17,10 @@ from surefetch.common.messages import (
     Shape,
     Track,
 )
-from surefetch.executor import kinematics, scene_bodies, ur10e
-from surefetch.executor.scene_meshes import Mesh
 from surefetch.executor.ports import Trajectory
+from surefetch.executor.robot import kinematics, ur10e
+from surefetch.executor.simulation import scene_bodies
+from surefetch.executor.simulation.scene_meshes import Mesh
 
 LIGHTING = Lighting(direction=(-0.4, 0.5, 1.0), ambient=0.45, diffuse=0.6, specular=0.05)
 RED, BLUE, WHITE = (0.78, 0.12, 0.10), (0.12, 0.28, 0.75), (0.95, 0.95, 0.93)

@@ -9,7 +9,7 @@ FORBIDDEN = ("surefetch.perception", "surefetch.belief", "surefetch.planner")
 def test_the_generator_imports_no_perception_belief_or_planner() -> None:
     """R10: else scenes could be dropped because a method fails on them."""
     code = (
-        "import sys, surefetch.evaluation.generate\n"
+        "import sys, surefetch.evaluation.scenes.generate\n"
         f"print([name for name in sys.modules if name.startswith({FORBIDDEN!r})])"
     )
     done = subprocess.run(

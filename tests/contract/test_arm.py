@@ -10,8 +10,8 @@ from tabletop import above, move, scene
 from surefetch.common.cell import simulated_cell
 from surefetch.common.errors import DeviceFault
 from surefetch.executor.ports import Arm
-from surefetch.executor.pybullet_cell import PybulletCell
-from surefetch.executor.pybullet_devices import pybullet_devices
+from surefetch.executor.simulation.pybullet_cell import PybulletCell
+from surefetch.executor.simulation.pybullet_devices import pybullet_devices
 
 NEVER: Callable[[], bool] = lambda: False  # noqa: E731
 

@@ -12,12 +12,13 @@ from tabletop import BLUE, RED, WHITE, body, box, move, scene
 from surefetch.common.cell import simulated_cell
 from surefetch.common.geometry import Array, intrinsics, inverse, project, rotation_angle, transform
 from surefetch.common.messages import AskTruth, FrameId, Marking, Scene
-from surefetch.executor import kinematics, scene_bodies, ur10e, views
 from surefetch.executor.ports import Camera
-from surefetch.executor.pybullet_cell import PybulletCell
-from surefetch.executor.pybullet_devices import pybullet_devices
-from surefetch.executor.pybullet_world import PybulletWorld
-from surefetch.executor.simulation import Simulation
+from surefetch.executor.robot import kinematics, ur10e, views
+from surefetch.executor.simulation import scene_bodies
+from surefetch.executor.simulation.pybullet_cell import PybulletCell
+from surefetch.executor.simulation.pybullet_devices import pybullet_devices
+from surefetch.executor.simulation.pybullet_world import PybulletWorld
+from surefetch.executor.simulation.scorer_questions import Simulation
 
 NEVER: Callable[[], bool] = lambda: False  # noqa: E731
 CELL = simulated_cell()

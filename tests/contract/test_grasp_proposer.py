@@ -8,8 +8,8 @@ from grasp_clouds import HAND, Upright, cloud, fence, touched_by_hand, uprights,
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from surefetch.executor.grasp_antipodal import AntipodalProposer
-from surefetch.executor.grasps import GraspProposer, NoGrasp
+from surefetch.executor.grasping.antipodal import AntipodalProposer
+from surefetch.executor.grasping.ports import GraspProposer, NoGrasp
 
 PROPOSERS: dict[str, Callable[[], GraspProposer]] = {"antipodal": AntipodalProposer}
 CUBE = Upright("cube", (0.05, 0.05, 0.05))

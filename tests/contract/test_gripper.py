@@ -12,9 +12,9 @@ from surefetch.common.cell import simulated_cell
 from surefetch.common.messages import AskTruth, Scene
 from surefetch.common.settings import GripModel
 from surefetch.executor.ports import Devices
-from surefetch.executor.pybullet_cell import PybulletCell
-from surefetch.executor.pybullet_devices import pybullet_devices
-from surefetch.executor.simulation import Simulation
+from surefetch.executor.simulation.pybullet_cell import PybulletCell
+from surefetch.executor.simulation.pybullet_devices import pybullet_devices
+from surefetch.executor.simulation.scorer_questions import Simulation
 
 NEVER: Callable[[], bool] = lambda: False  # noqa: E731
 FORCE_N = 40.0

@@ -10,8 +10,8 @@ import pytest
 
 from surefetch.common.cell import simulated_cell
 from surefetch.common.geometry import Array
-from surefetch.executor import kinematics, ur10e
-from surefetch.executor.urdf import FINGER_JOINTS, RETRACTION_JOINT, robot_urdf
+from surefetch.executor.robot import kinematics, ur10e
+from surefetch.executor.robot.urdf import FINGER_JOINTS, RETRACTION_JOINT, robot_urdf
 
 FRAMES = (*ur10e.LINKS[1:], "tcp", "camera_optical", "left_finger")
 Reader = Callable[[dict[str, float], str], Array]

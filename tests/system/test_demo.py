@@ -18,8 +18,8 @@ from surefetch.common.hypotheses import ABS
 from surefetch.common.journal import Journal, JournalWriter, Record, read_journal
 from surefetch.common.messages import BeliefReply, Captured, Motion
 from surefetch.common.topics import LOAD_SCENE, TRUTH, UPDATE
-from surefetch.evaluation import summary
-from surefetch.evaluation.observed_journal import read_observed
+from surefetch.evaluation.running import summary
+from surefetch.evaluation.showing.observed_journal import read_observed
 
 pytestmark = pytest.mark.system
 

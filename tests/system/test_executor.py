@@ -37,13 +37,14 @@ from surefetch.common.messages import (
     Verb,
 )
 from surefetch.common.topics import EXECUTOR, MOVED
-from surefetch.executor import scene_bodies, ur10e, views
-from surefetch.executor.grasp_antipodal import AntipodalProposer
-from surefetch.executor.pybullet_cell import PybulletCell
-from surefetch.executor.pybullet_devices import pybullet_devices
+from surefetch.executor.grasping.antipodal import AntipodalProposer
+from surefetch.executor.robot import ur10e, views
 from surefetch.executor.service import ExecutorService
-from surefetch.executor.simulation import Simulation
-from surefetch.executor.situation import Workcell
+from surefetch.executor.simulation import scene_bodies
+from surefetch.executor.simulation.pybullet_cell import PybulletCell
+from surefetch.executor.simulation.pybullet_devices import pybullet_devices
+from surefetch.executor.simulation.scorer_questions import Simulation
+from surefetch.executor.skills.situation import Workcell
 
 CELL = simulated_cell()
 TRAY = np.asarray(CELL.delivery.position_m)

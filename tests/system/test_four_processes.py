@@ -15,7 +15,7 @@ from surefetch.common import cli
 from surefetch.common.launch import Launch, Services
 from surefetch.common.messages import Ended
 from surefetch.common.topics import EXECUTOR, LOAD_SCENE, PERCEPTION, SERVICES
-from surefetch.evaluation.generate import generate
+from surefetch.evaluation.scenes.generate import generate
 
 pytestmark = pytest.mark.system
 

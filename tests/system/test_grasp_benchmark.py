@@ -12,7 +12,7 @@ import pytest
 from grasp_scenes import Trial, crowded, single
 from grasp_trials import Bench, Result
 
-from surefetch.evaluation.metrics import wilson
+from surefetch.evaluation.running.metrics import wilson
 
 TRIALS = 300
 

@@ -13,7 +13,7 @@ from run_process import SERVICES, RunProcess, is_there
 from surefetch.common.journal import read_journal
 from surefetch.common.messages import Outcome, Stopped
 from surefetch.common.topics import EXECUTE, STOP
-from surefetch.evaluation.observed_journal import read_observed
+from surefetch.evaluation.showing.observed_journal import read_observed
 
 pytestmark = pytest.mark.system
 

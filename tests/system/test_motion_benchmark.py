@@ -8,12 +8,12 @@ import pytest
 from surefetch.common.cell import Cell, simulated_cell
 from surefetch.common.geometry import Array, inverse, rigid, rotation_z
 from surefetch.common.messages import Box3d, ContainerReading, Estimate, Mask, Track
-from surefetch.executor import kinematics, ur10e
-from surefetch.executor.collision import CollisionScene
-from surefetch.executor.infeasible import Infeasible
-from surefetch.executor.motion import MotionPlanner, Tool
-from surefetch.executor.obstacles import obstacles_of
-from surefetch.executor.paths import LINE_STEP_M, Room, follow_line
+from surefetch.executor.motion.collision import CollisionScene
+from surefetch.executor.motion.infeasible import Infeasible
+from surefetch.executor.motion.obstacles import obstacles_of
+from surefetch.executor.motion.paths import LINE_STEP_M, Room, follow_line
+from surefetch.executor.motion.planner import MotionPlanner, Tool
+from surefetch.executor.robot import kinematics, ur10e
 
 POSES = 500
 POSES_PER_SCENE = 10

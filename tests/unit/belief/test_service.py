@@ -33,7 +33,7 @@ from surefetch.common.parameters import (
     profile_parameters,
     write_parameters,
 )
-from surefetch.evaluation.believe import fresh_belief
+from surefetch.evaluation.fitting.believe import fresh_belief
 
 CENTER = (0.9, 0.0, 0.03)
 

@@ -3,10 +3,10 @@
 import pytest
 
 from surefetch.common.cell import simulated_cell
-from surefetch.evaluation.body_matches import body_matches
-from surefetch.evaluation.layout import NoRoom
-from surefetch.evaluation.scenes import Candidate, draw, plan_of
-from surefetch.evaluation.splits import FAMILIES
+from surefetch.evaluation.recordings.splits import FAMILIES
+from surefetch.evaluation.scenes.body_matches import body_matches
+from surefetch.evaluation.scenes.candidate import Candidate, draw, plan_of
+from surefetch.evaluation.scenes.table import NoRoom
 
 CELL = simulated_cell()
 SEED = 20

@@ -6,7 +6,7 @@ import pytest
 from made_up_looks import look
 
 from surefetch.common.errors import BadInput
-from surefetch.evaluation.calibrate import calibrate, episodes_for, score
+from surefetch.evaluation.fitting.calibrate import calibrate, episodes_for, score
 
 TENTH = Fraction(1, 10)
 

@@ -11,10 +11,10 @@ from surefetch.belief.evidence import Seen
 from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.messages import Answer, Answers
 from surefetch.common.parameters import Parameters
-from surefetch.evaluation import evidence_gain, fit
-from surefetch.evaluation.evidence_switches import SWITCHES, TEMPERINGS, turned_on
-from surefetch.evaluation.fit_evidence import AnswerCounts
-from surefetch.evaluation.story import Heard, Story, log_score, total
+from surefetch.evaluation.fitting import evidence_gain, fit
+from surefetch.evaluation.fitting.evidence_switches import SWITCHES, TEMPERINGS, turned_on
+from surefetch.evaluation.fitting.fit_evidence import AnswerCounts
+from surefetch.evaluation.recordings.story import Heard, Story, log_score, total
 
 
 def answers(membership: str, color: str = "supported") -> Answers:

@@ -3,8 +3,8 @@
 import pytest
 from made_up_looks import look
 
-from surefetch.evaluation import fit
-from surefetch.evaluation.walk import Look
+from surefetch.evaluation.fitting import fit
+from surefetch.evaluation.recordings.walk import Look
 
 FIRST = look("center", {1: "UU", 2: "mismatch"}, new=(1, 2), target_track=1)
 RIGHT = look("right", {1: "MI", 2: "mismatch"}, target_track=1)

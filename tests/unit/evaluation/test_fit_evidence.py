@@ -3,10 +3,10 @@
 from made_up_looks import look
 
 from surefetch.common.messages import Answer, Answers
-from surefetch.evaluation import fit_evidence
-from surefetch.evaluation.fit_evidence import AnswerCounts
-from surefetch.evaluation.recording import BodyMatch, RecordingTruth
-from surefetch.evaluation.walk import Look
+from surefetch.evaluation.fitting import fit_evidence
+from surefetch.evaluation.fitting.fit_evidence import AnswerCounts
+from surefetch.evaluation.recordings.recording import BodyMatch, RecordingTruth
+from surefetch.evaluation.recordings.walk import Look
 
 TRUTH = RecordingTruth(
     format=1,

@@ -7,9 +7,9 @@ from made_up_looks import look
 from surefetch.common.cell import simulated_cell
 from surefetch.common.hypotheses import Relation
 from surefetch.common.messages import Target
-from surefetch.evaluation import gates
-from surefetch.evaluation.gates import Walked
-from surefetch.evaluation.recording import Recording, RecordingTruth, exhaustive_path
+from surefetch.evaluation.fitting import gates
+from surefetch.evaluation.fitting.gates import Walked
+from surefetch.evaluation.recordings.recording import Recording, RecordingTruth, exhaustive_path
 
 CELL = simulated_cell()
 UNSURE = {"1:inside": 0.4, "1:outside": 0.1, "2:inside": 0.45, "unobs": 0.0, "abs": 0.05}

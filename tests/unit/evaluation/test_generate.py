@@ -4,14 +4,14 @@ from functools import cache
 
 import pytest
 
-from surefetch.evaluation import generate as generator
-from surefetch.evaluation import rejection_sight
-from surefetch.evaluation.generate import GeneratedScene, GeneratorError, generate
-from surefetch.evaluation.rejection_sight import readable, unreadable
-from surefetch.evaluation.scene_truth import SceneTruth
-from surefetch.evaluation.scenes import plan_of
-from surefetch.evaluation.splits import FAMILIES
-from surefetch.executor.pybullet_world import PybulletWorld
+from surefetch.evaluation.recordings.splits import FAMILIES
+from surefetch.evaluation.scenes import generate as generator
+from surefetch.evaluation.scenes import rejection_sight
+from surefetch.evaluation.scenes.candidate import plan_of
+from surefetch.evaluation.scenes.generate import GeneratedScene, GeneratorError, generate
+from surefetch.evaluation.scenes.rejection_sight import readable, unreadable
+from surefetch.evaluation.scenes.truth import SceneTruth
+from surefetch.executor.simulation.pybullet_world import PybulletWorld
 
 SEEDS = (1, 2, 3)
 

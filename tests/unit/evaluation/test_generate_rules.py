@@ -8,11 +8,17 @@ import pytest
 
 from surefetch.common.cell import simulated_cell
 from surefetch.common.messages import Body, Scene, Screen
-from surefetch.evaluation import acceptance, generate, rejection, rejection_reach, rejection_sight
-from surefetch.evaluation import sightings as seen
-from surefetch.evaluation.layout_ground import Views
-from surefetch.evaluation.scenes import Candidate, draw, plan_of
-from surefetch.executor.pybullet_world import PybulletWorld
+from surefetch.evaluation.scenes import (
+    acceptance,
+    generate,
+    rejection,
+    rejection_reach,
+    rejection_sight,
+)
+from surefetch.evaluation.scenes import sightings as seen
+from surefetch.evaluation.scenes.candidate import Candidate, draw, plan_of
+from surefetch.evaluation.scenes.ground import Views
+from surefetch.executor.simulation.pybullet_world import PybulletWorld
 
 CELL = simulated_cell()
 

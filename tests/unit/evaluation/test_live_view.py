@@ -10,7 +10,7 @@ from rerun.chunk import RrdReader
 
 from surefetch.common.messages import Ended, Event, Instruct
 from surefetch.common.topics import INSTRUCT, OBSERVED
-from surefetch.evaluation.live_view import LiveView
+from surefetch.evaluation.showing.live_view import LiveView
 
 ASKED = Instruct(sentence="the red cylinder", profile="extended", policy="ours")
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from surefetch.evaluation.metrics import (
+from surefetch.evaluation.running.metrics import (
     Scored,
     Verdict,
     by_family,

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from surefetch.evaluation import perception_coco as coco
-from surefetch.evaluation import perception_figures, perception_metrics
-from surefetch.evaluation.perception_metrics import Bits, Found, Scored, count, f1, matched, share
+from surefetch.evaluation.seeing import coco
+from surefetch.evaluation.seeing import figures as perception_figures
+from surefetch.evaluation.seeing import metrics as perception_metrics
+from surefetch.evaluation.seeing.metrics import Bits, Found, Scored, count, f1, matched, share
 
 SIZE = 24
 

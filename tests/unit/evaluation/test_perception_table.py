@@ -7,12 +7,12 @@ import pytest
 
 from surefetch.common.cell import simulated_cell
 from surefetch.common.errors import BadInput
-from surefetch.evaluation import perception_table
-from surefetch.evaluation.generate import GeneratedScene, generate
-from surefetch.evaluation.perception_conditions import unseen, unseen_camera
-from surefetch.evaluation.perception_images import Picture, cameras, pictures
-from surefetch.evaluation.perception_metrics import count, share
-from surefetch.evaluation.perception_scoring import scored
+from surefetch.evaluation.scenes.generate import GeneratedScene, generate
+from surefetch.evaluation.seeing import command as perception_table
+from surefetch.evaluation.seeing.conditions import unseen, unseen_camera
+from surefetch.evaluation.seeing.images import Picture, cameras, pictures
+from surefetch.evaluation.seeing.metrics import count, share
+from surefetch.evaluation.seeing.scoring import scored
 from surefetch.perception.backends import BACKENDS
 from surefetch.perception.frame_geometry import LatestGeometry
 

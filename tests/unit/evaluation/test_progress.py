@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from rich.console import Console
 
 from surefetch.common.messages import Perceived
-from surefetch.evaluation.progress import BAR_CELLS, Progress, bar
+from surefetch.evaluation.showing.progress import BAR_CELLS, Progress, bar
 
 
 def shown(*, terminal: bool) -> str:

@@ -4,7 +4,7 @@ import pytest
 
 from surefetch.common.cell import simulated_cell
 from surefetch.common.errors import BadInput
-from surefetch.evaluation import recording, splits
+from surefetch.evaluation.recordings import recording, splits
 
 CELL = simulated_cell()
 

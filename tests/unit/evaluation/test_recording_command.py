@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from surefetch.common.errors import BadInput
-from surefetch.evaluation import recording_store, study_record
-from surefetch.evaluation.generate import generate
+from surefetch.evaluation.recordings import record as study_record
+from surefetch.evaluation.recordings import recording_store
+from surefetch.evaluation.scenes.generate import generate
 
 
 @pytest.fixture(scope="module")

@@ -8,16 +8,16 @@ from made_up_episode import detection, observations
 from surefetch.common.cell import simulated_cell
 from surefetch.common.geometry import Array
 from surefetch.common.messages import Mask, Observations
-from surefetch.evaluation import recording_studio
-from surefetch.evaluation.generate import generate
-from surefetch.evaluation.recording import states
-from surefetch.evaluation.recording_labels import bodies_under
-from surefetch.evaluation.recording_studio import Studio
-from surefetch.executor import ur10e
-from surefetch.executor.collision import CollisionScene
-from surefetch.executor.motion import MotionPlanner, Tool
-from surefetch.executor.obstacles import Obstacles
+from surefetch.evaluation.recordings import studio as recording_studio
+from surefetch.evaluation.recordings.labels import bodies_under
+from surefetch.evaluation.recordings.recording import states
+from surefetch.evaluation.recordings.studio import Studio
+from surefetch.evaluation.scenes.generate import generate
+from surefetch.executor.motion.collision import CollisionScene
+from surefetch.executor.motion.obstacles import Obstacles
+from surefetch.executor.motion.planner import MotionPlanner, Tool
 from surefetch.executor.ports import Trajectory
+from surefetch.executor.robot import ur10e
 
 CELL = simulated_cell()
 TOUCHED_RAD = 1e-5

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from surefetch.evaluation import recording_view
-from surefetch.evaluation.observed import Observed
+from surefetch.evaluation.showing import recording_view
+from surefetch.evaluation.showing.observed import Observed
 
 
 def entities(path: Path) -> dict[str, set[str]]:

@@ -7,9 +7,10 @@ import made_up_episode
 import pytest
 
 from surefetch.common.errors import BadInput, InfrastructureError
-from surefetch.evaluation import artifacts, view
-from surefetch.evaluation.observed import Observed
-from surefetch.evaluation.observed_journal import OBSERVER, ObservedJournal, read_observed
+from surefetch.evaluation.running import artifacts
+from surefetch.evaluation.showing import view
+from surefetch.evaluation.showing.observed import Observed
+from surefetch.evaluation.showing.observed_journal import OBSERVER, ObservedJournal, read_observed
 
 TOLD = {"format": 1, "outcome": "grasped"}
 

@@ -13,9 +13,9 @@ from surefetch.common.errors import Refused
 from surefetch.common.journal import parse_journal
 from surefetch.common.messages import Acting, Event, Instruct
 from surefetch.common.topics import SERVICES
-from surefetch.evaluation.observed_journal import OBSERVER, read_observed
-from surefetch.evaluation.run_cell import LiveCell
-from surefetch.evaluation.run_live import Finished, Live
+from surefetch.evaluation.running.cell import LiveCell
+from surefetch.evaluation.running.live import Finished, Live
+from surefetch.evaluation.showing.observed_journal import OBSERVER, read_observed
 
 INSTRUCT = Instruct(sentence="the red cylinder", profile="extended", policy="ours")
 SCENE = made_up_episode.scene()

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from surefetch.common.errors import BadInput
-from surefetch.evaluation import run_policies
-from surefetch.evaluation.run_request import read_request
+from surefetch.evaluation.running import run_policies
+from surefetch.evaluation.running.request import read_request
 
 
 @pytest.mark.parametrize(

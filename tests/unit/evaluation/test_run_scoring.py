@@ -7,8 +7,9 @@ from msgspec.structs import replace
 
 from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.messages import Scene, Target, Truth
-from surefetch.evaluation import appearance, scoring
-from surefetch.evaluation.scoring import Asked, Score
+from surefetch.evaluation.running import scoring
+from surefetch.evaluation.running.scoring import Asked, Score
+from surefetch.evaluation.scenes import appearance
 
 ENDED = made_up_episode.ended()
 

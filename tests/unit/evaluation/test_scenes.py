@@ -12,12 +12,14 @@ from surefetch.common.errors import BadInput
 from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.instruction import parse
 from surefetch.common.messages import Target, Vocabulary
-from surefetch.evaluation import appearance, layout_table, rejection, scenes, sentence
-from surefetch.evaluation.families import OTHERS
-from surefetch.evaluation.scene_draws import MARKINGS, SHAPES
-from surefetch.evaluation.scene_plan import ATTRIBUTES, Plan
-from surefetch.evaluation.scenes import Candidate
-from surefetch.evaluation.splits import FAMILIES
+from surefetch.evaluation.recordings.splits import FAMILIES
+from surefetch.evaluation.scenes import appearance, rejection, sentence
+from surefetch.evaluation.scenes import candidate as scenes
+from surefetch.evaluation.scenes import table as layout_table
+from surefetch.evaluation.scenes.candidate import Candidate
+from surefetch.evaluation.scenes.draws import MARKINGS, SHAPES
+from surefetch.evaluation.scenes.families import OTHERS
+from surefetch.evaluation.scenes.plan import ATTRIBUTES, Plan
 
 CELL = simulated_cell()
 VOCABULARY = Vocabulary(

@@ -6,8 +6,8 @@ import pytest
 from msgspec.structs import replace
 
 from surefetch.common.messages import Acted, Assigned, BeliefReply, Ended, Event
-from surefetch.evaluation.metrics import Verdict
-from surefetch.evaluation.study_causes import Findings, bodies_under, findings
+from surefetch.evaluation.running.causes import Findings, bodies_under, findings
+from surefetch.evaluation.running.metrics import Verdict
 
 DEFERRED = replace(
     made_up_episode.ended(), outcome="deferred", reason="nothing_left", track=None, relation=None

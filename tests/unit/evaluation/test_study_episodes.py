@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 
 from surefetch.common.errors import BadInput
-from surefetch.evaluation import study_episodes, study_fit
-from surefetch.evaluation.metrics import VERDICTS, Verdict
+from surefetch.evaluation.fitting import commands as study_fit
+from surefetch.evaluation.running import study_episodes
+from surefetch.evaluation.running.metrics import VERDICTS, Verdict
 
 
 def row(family: str, seed: int, verdict: Verdict, **more: Any) -> dict[str, Any]:

@@ -18,9 +18,10 @@ from surefetch.common.messages import (
     Target,
 )
 from surefetch.common.parameters import read_parameters
-from surefetch.evaluation import recording_store, study_fit
-from surefetch.evaluation.evidence_switches import SWITCHES
-from surefetch.evaluation.recording import (
+from surefetch.evaluation.fitting import commands as study_fit
+from surefetch.evaluation.fitting.evidence_switches import SWITCHES
+from surefetch.evaluation.recordings import recording_store
+from surefetch.evaluation.recordings.recording import (
     BodyMatch,
     Recording,
     RecordingTruth,
@@ -29,7 +30,7 @@ from surefetch.evaluation.recording import (
     State,
     states,
 )
-from surefetch.evaluation.scene_truth import SceneTruth
+from surefetch.evaluation.scenes.truth import SceneTruth
 
 CELL = simulated_cell()
 PLACES = {"target": (0.9, -0.1, 0.03), "twin": (0.9, 0.2, 0.03)}

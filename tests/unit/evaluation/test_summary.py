@@ -5,8 +5,8 @@ import json
 import made_up_episode
 
 from surefetch.common.messages import Status
-from surefetch.evaluation import summary
-from surefetch.evaluation.scoring import Score
+from surefetch.evaluation.running import summary
+from surefetch.evaluation.running.scoring import Score
 
 PROMISED = set(
     "episode scene instruction understood profile policy outcome reason because correct delivered "

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from surefetch.evaluation import trace_figure
-from surefetch.evaluation.observed import Observed, steps
+from surefetch.evaluation.showing import trace_figure
+from surefetch.evaluation.showing.observed import Observed, steps
 
 
 def test_the_groups_hold_all_of_the_belief() -> None:

@@ -6,9 +6,9 @@ from hypothesis.extra.numpy import arrays
 
 from surefetch.common.cell import simulated_cell
 from surefetch.common.geometry import Array, rigid
-from surefetch.executor import ur10e
-from surefetch.executor.collision import FINGERS, CollisionScene, Held
-from surefetch.executor.obstacles import NamedBox, Obstacles
+from surefetch.executor.motion.collision import FINGERS, CollisionScene, Held
+from surefetch.executor.motion.obstacles import NamedBox, Obstacles
+from surefetch.executor.robot import ur10e
 
 CELL = simulated_cell()
 HOME = np.radians(CELL.home.q_deg)

@@ -25,11 +25,11 @@ from surefetch.common.messages import (
     Lid,
 )
 from surefetch.executor.feasibility import judge
-from surefetch.executor.grasp_antipodal import AntipodalProposer
-from surefetch.executor.lid_removal import LidRemoval
-from surefetch.executor.plans import Plans
-from surefetch.executor.situation import Memory, Situation, Workcell, surroundings
-from surefetch.executor.steps import check_again
+from surefetch.executor.grasping.antipodal import AntipodalProposer
+from surefetch.executor.skills.lid_removal import LidRemoval
+from surefetch.executor.skills.plans import Plans
+from surefetch.executor.skills.situation import Memory, Situation, Workcell, surroundings
+from surefetch.executor.skills.steps import check_again
 
 CELL = simulated_cell()
 WORKCELL = Workcell.of(CELL, AntipodalProposer())
@@ -187,7 +187,16 @@ def test_what_was_set_down_stays_an_obstacle() -> None:
     assert "lid set down" in names and "lid" not in names
 
 
-PLANNING = ("feasibility", "skills", "service", "task", "plans", "pick", "put_down", "lid_removal")
+PLANNING = (
+    "feasibility",
+    "service",
+    "skills.commands",
+    "skills.task",
+    "skills.plans",
+    "skills.pick",
+    "skills.put_down",
+    "skills.lid_removal",
+)
 
 
 def test_planning_and_skills_know_no_simulator() -> None:
@@ -198,6 +207,6 @@ def test_planning_and_skills_know_no_simulator() -> None:
         [sys.executable, "-c", names], capture_output=True, text=True, check=True, cwd=Path.home()
     )
     loaded = done.stdout.split()
-    assert "surefetch.executor.skills" in loaded
-    simulated = ("pybullet", "surefetch.executor.simulation", "surefetch.executor.scene_bodies")
+    assert "surefetch.executor.skills.commands" in loaded
+    simulated = ("pybullet", "surefetch.executor.simulation")
     assert not [name for name in loaded if name.startswith(simulated) or "pybullet" in name]

@@ -5,10 +5,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from surefetch.common.geometry import Array, rotation_z
-from surefetch.executor import ur10e
-from surefetch.executor.grasp_antipodal import AntipodalProposer
-from surefetch.executor.grasp_footprint import footprint_of
-from surefetch.executor.grasps import GraspPose, NoGrasp
+from surefetch.executor.grasping.antipodal import AntipodalProposer
+from surefetch.executor.grasping.footprint import footprint_of
+from surefetch.executor.grasping.ports import GraspPose, NoGrasp
+from surefetch.executor.robot import ur10e
 
 CUBE = Upright("cube", (0.05, 0.05, 0.05))
 

@@ -7,8 +7,8 @@ from scipy.spatial import cKDTree
 
 from surefetch.common.geometry import Array, inverse, transform
 from surefetch.common.messages import Box3d, Estimate, Shape, Track
-from surefetch.executor.grasp_cloud import BEYOND_SOLID_M, NEAR_M, grasp_cloud
-from surefetch.executor.obstacles import named
+from surefetch.executor.grasping.cloud import BEYOND_SOLID_M, NEAR_M, grasp_cloud
+from surefetch.executor.motion.obstacles import named
 
 SIZE_M = 0.06
 

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from surefetch.common.geometry import Array
-from surefetch.executor import kinematics, ur10e
-from surefetch.executor.infeasible import Infeasible
+from surefetch.executor.motion.infeasible import Infeasible
+from surefetch.executor.robot import kinematics, ur10e
 
 JOINTS = arrays(np.float64, 6, elements=st.floats(-1.0, 1.0)).map(lambda q: q * ur10e.Q_MAX_RAD)
 

@@ -6,14 +6,21 @@ from hypothesis.extra.numpy import arrays
 
 from surefetch.common.cell import simulated_cell
 from surefetch.common.geometry import Array, rigid
-from surefetch.executor import ur10e
-from surefetch.executor.collision import CollisionScene
-from surefetch.executor.infeasible import Infeasible
-from surefetch.executor.motion import MotionPlanner, Tool, joined
-from surefetch.executor.obstacles import NamedBox, Obstacles
-from surefetch.executor.paths import LEVER_M, Room, densify, find_path, rounded, tcp_positions
+from surefetch.executor.motion.collision import CollisionScene
+from surefetch.executor.motion.infeasible import Infeasible
+from surefetch.executor.motion.obstacles import NamedBox, Obstacles
+from surefetch.executor.motion.paths import (
+    LEVER_M,
+    Room,
+    densify,
+    find_path,
+    rounded,
+    tcp_positions,
+)
+from surefetch.executor.motion.planner import MotionPlanner, Tool, joined
+from surefetch.executor.motion.timing import Limits, time_joint_move, time_path
 from surefetch.executor.ports import Trajectory
-from surefetch.executor.timing import Limits, time_joint_move, time_path
+from surefetch.executor.robot import ur10e
 
 CELL = simulated_cell()
 HOME = np.radians(CELL.home.q_deg)

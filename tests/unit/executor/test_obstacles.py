@@ -6,7 +6,7 @@ from msgspec import structs
 
 from surefetch.common.geometry import Array, inverse, rotation_z, transform
 from surefetch.common.messages import Box3d, ContainerReading, Estimate, Lid, Mask, Track
-from surefetch.executor.obstacles import VOXEL_M, container_boxes, obstacles_of
+from surefetch.executor.motion.obstacles import VOXEL_M, container_boxes, obstacles_of
 
 CONTAINER_SIZE_M = (0.22, 0.18, 0.08)
 

@@ -10,8 +10,8 @@ from tabletop import body, box, scene
 
 from surefetch.common.geometry import Array
 from surefetch.common.messages import Body, Face, Marking, MarkingKind, Shape
-from surefetch.executor import markings, scene_bodies
-from surefetch.executor.scene_meshes import Mesh
+from surefetch.executor.simulation import markings, scene_bodies
+from surefetch.executor.simulation.scene_meshes import Mesh
 
 SHAPES = get_args(Shape)
 KINDS = [kind for kind in get_args(MarkingKind) if kind != "plain"]

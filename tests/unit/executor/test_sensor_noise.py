@@ -6,8 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from surefetch.common.geometry import rotation_angle
-from surefetch.executor.pose_errors import arrival_error, hand_eye_error
-from surefetch.executor.sensor_noise import depth_sigma_m, near_step, noisy_depth, noisy_rgb
+from surefetch.executor.simulation.pose_errors import arrival_error, hand_eye_error
+from surefetch.executor.simulation.sensor_noise import (
+    depth_sigma_m,
+    near_step,
+    noisy_depth,
+    noisy_rgb,
+)
 
 BRIGHT = np.full((200, 200, 3), 128, np.uint8)
 DARK = np.full((200, 200, 3), 30, np.uint8)

@@ -11,9 +11,9 @@ from tabletop import body, estimate_of, move, scene
 
 from surefetch.common.errors import Refused
 from surefetch.common.messages import Command, Frame, FrameId, FrameInfo, Look, Outcome
-from surefetch.executor.execution import PICTURE_S, driven_part
 from surefetch.executor.frames import FrameRing
 from surefetch.executor.outcomes import Outcomes
+from surefetch.executor.skills.execution import PICTURE_S, driven_part
 from surefetch.executor.stop_latch import StopLatch
 
 START = np.zeros(6)

@@ -5,10 +5,10 @@ import pytest
 
 from surefetch.common.cell import View, simulated_cell
 from surefetch.common.geometry import Array, inverse, rigid, rotation_z, transform
-from surefetch.executor import kinematics, ur10e, views
-from surefetch.executor.collision import CollisionScene
-from surefetch.executor.obstacles import Obstacles
-from surefetch.executor.paths import Room
+from surefetch.executor.motion.collision import CollisionScene
+from surefetch.executor.motion.obstacles import Obstacles
+from surefetch.executor.motion.paths import Room
+from surefetch.executor.robot import kinematics, ur10e, views
 
 CELL = simulated_cell()
 T_FLANGE_CAMERA = ur10e.camera_mount(CELL.camera)

@@ -31,7 +31,7 @@ class Command:
 
 COMMANDS: Final = {
     "run": Command(
-        "surefetch.evaluation.run:main",
+        "surefetch.evaluation.running.run:main",
         "fetch, once, in simulation: one episode on the four services",
         'surefetch run "the red cylinder inside the box" --scene covered:1',
     ),
@@ -51,7 +51,7 @@ COMMANDS: Final = {
         "surefetch status --connect tcp/127.0.0.1:7447",
     ),
     "watch": Command(
-        "surefetch.evaluation.watch:main",
+        "surefetch.evaluation.showing.watch:main",
         "live view of a running cell, read-only",
         "surefetch watch --connect tcp/127.0.0.1:7447",
     ),
@@ -61,12 +61,12 @@ COMMANDS: Final = {
         "surefetch doctor",
     ),
     "view": Command(
-        "surefetch.evaluation.view:main",
+        "surefetch.evaluation.showing.view:main",
         "rebuild and show a run's view",
         "surefetch view runs/demo",
     ),
     "replay": Command(
-        "surefetch.evaluation.replay:main",
+        "surefetch.evaluation.running.replay:main",
         "take a run's decisions again from its journal",
         "surefetch replay runs/demo",
     ),

@@ -8,12 +8,21 @@ from typing import Final
 from surefetch.common.errors import BadInput
 
 COMMANDS: Final[dict[str, tuple[str, str]]] = {
-    "record": ("study_record:main", "capture and perceive every state of many scenes, once"),
-    "fit": ("study_fit:main_fit", "observation models and priors from development recordings"),
-    "calibrate": ("study_fit:main_calibrate", "the conformal threshold from calibration ones"),
-    "gates": ("study_gates:main", "is the scene generator hard enough? five controls tell"),
-    "episodes": ("study_episodes:main", "closed-loop episodes over the real processes"),
-    "perception": ("perception_table:main", "the perception table"),
+    "record": ("recordings.record:main", "capture and perceive every state of many scenes, once"),
+    "fit": (
+        "fitting.commands:main_fit",
+        "observation models and priors from development recordings",
+    ),
+    "calibrate": (
+        "fitting.commands:main_calibrate",
+        "the conformal threshold from calibration ones",
+    ),
+    "gates": (
+        "fitting.gates_command:main",
+        "is the scene generator hard enough? five controls tell",
+    ),
+    "episodes": ("running.study_episodes:main", "closed-loop episodes over the real processes"),
+    "perception": ("seeing.command:main", "the perception table"),
 }
 
 

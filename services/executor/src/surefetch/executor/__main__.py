@@ -7,12 +7,12 @@ from surefetch.common.bus import Bus
 from surefetch.common.runner import serve
 from surefetch.common.settings import Settings, read_settings
 from surefetch.common.topics import EXECUTOR
-from surefetch.executor.grasp_antipodal import AntipodalProposer
-from surefetch.executor.pybullet_cell import PybulletCell
-from surefetch.executor.pybullet_devices import pybullet_devices
+from surefetch.executor.grasping.antipodal import AntipodalProposer
 from surefetch.executor.service import ExecutorService
-from surefetch.executor.simulation import Simulation
-from surefetch.executor.situation import Workcell
+from surefetch.executor.simulation.pybullet_cell import PybulletCell
+from surefetch.executor.simulation.pybullet_devices import pybullet_devices
+from surefetch.executor.simulation.scorer_questions import Simulation
+from surefetch.executor.skills.situation import Workcell
 
 
 def pybullet(settings: Settings, bus: Bus) -> ExecutorService:

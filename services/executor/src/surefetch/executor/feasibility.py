@@ -16,9 +16,9 @@ from surefetch.common.messages import (
     GraspVerdict,
     InformVerdict,
 )
-from surefetch.executor.infeasible import Infeasible
-from surefetch.executor.plans import Plans
-from surefetch.executor.situation import Situation
+from surefetch.executor.motion.infeasible import Infeasible
+from surefetch.executor.skills.plans import Plans
+from surefetch.executor.skills.situation import Situation
 
 
 def judge(

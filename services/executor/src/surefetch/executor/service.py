@@ -42,18 +42,18 @@ from surefetch.common.topics import (
     STOP,
     TRUTH,
 )
-from surefetch.executor import ur10e
-from surefetch.executor.execution import Execution
 from surefetch.executor.feasibility import judge
 from surefetch.executor.frames import FrameRing
 from surefetch.executor.outcomes import Outcomes
-from surefetch.executor.plans import Plans
 from surefetch.executor.ports import Devices, SimulatedCell
-from surefetch.executor.situation import Memory, Situation, Workcell
-from surefetch.executor.skills import carry_out, check_names
+from surefetch.executor.robot import ur10e
+from surefetch.executor.robot.views import view_at
+from surefetch.executor.skills.commands import carry_out, check_names
+from surefetch.executor.skills.execution import Execution
+from surefetch.executor.skills.plans import Plans
+from surefetch.executor.skills.situation import Memory, Situation, Workcell
+from surefetch.executor.skills.task import Task
 from surefetch.executor.stop_latch import StopLatch
-from surefetch.executor.task import Task
-from surefetch.executor.views import view_at
 
 log = logging.getLogger(__name__)
 
