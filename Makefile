@@ -11,7 +11,7 @@ IS_3_11 := -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/nul
 install: $(READY)
 
 demo: $(READY)
-	$(VENV)/bin/surefetch run --scene covered:1 --out runs/demo
+	$(VENV)/bin/surefetch run --scene covered:109 --out runs/demo
 
 test: $(READY)
 	$(VENV)/bin/pytest -q
