@@ -88,7 +88,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _figures() -> Any:
-    """`perception_figures.figures`, or what to install for it; before anything is rendered."""
+    """`figures.figures`, or what to install for it; before anything is rendered."""
     try:
         return import_module("surefetch.evaluation.seeing.figures").figures
     except ModuleNotFoundError as error:

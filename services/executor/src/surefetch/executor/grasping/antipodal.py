@@ -32,7 +32,7 @@ class AntipodalProposer:
     def propose(
         self, points_world_m: Array, mask: NDArray[np.bool_], hand: Hand
     ) -> tuple[GraspPose, ...]:
-        """See `grasps.GraspProposer`."""
+        """See `ports.GraspProposer`."""
         own = points_world_m[mask]
         if len(own) < POINTS_MIN:
             why = f"only {len(own)} points of the object are known; {POINTS_MIN} are needed"

@@ -4,7 +4,7 @@ A hand comes along its approach with a column over each finger, over the palm an
 Whatever stands in a column says how deep the tips may go, so the deepest place of every grasp is
 one minimum over points, and all grasps are judged at once.
 
-Letters: n points, g grasps, r kinds of room. Frames and depths as in `grasp_candidates`.
+Letters: n points, g grasps, r kinds of room. Frames and depths as in `candidates`.
 """
 
 from dataclasses import dataclass
