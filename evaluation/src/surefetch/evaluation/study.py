@@ -49,4 +49,8 @@ def command(word: str) -> Callable[[list[str]], int]:
 def _help() -> str:
     width = max(map(len, COMMANDS))
     lines = [f"  {word.ljust(width)}  {what}" for word, (_, what) in COMMANDS.items()]
-    return "usage: surefetch study WORD …\n\n" + "\n".join(lines) + "\n"
+    return (
+        "usage: surefetch study WORD …\n\n" + "\n".join(lines) + "\n\n"
+        "surefetch study WORD --help tells the options.\n"
+        "example: surefetch study episodes --seeds 100:110 --out study/extended\n"
+    )

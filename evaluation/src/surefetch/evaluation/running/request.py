@@ -145,7 +145,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--real-time", action="store_true", help="pace motion to the clock")
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="default: runs/<time>-<scene>; a run there goes"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="default: runs/<time>-<scene>; an earlier run there is replaced",
     )
     parser.add_argument("--json", action="store_true", help="the summary as stdout's last line")
     return parser
