@@ -9,7 +9,6 @@ import pytest
 from surefetch.common.messages import Message
 from surefetch.common.topics import (
     JOURNAL,
-    SCORER,
     SERVICES,
     STATUS,
     STOP,
@@ -62,7 +61,7 @@ def test_a_topic_carries_messages_of_a_bounded_size(topic: Topic[Any, Any]) -> N
 
 @EVERY_TOPIC
 def test_what_only_a_simulated_cell_answers_only_the_scorer_asks(topic: Topic[Any, Any]) -> None:
-    assert topic.simulated_only == (topic.senders == (SCORER,))
+    assert topic.simulated_only == (topic.senders == ("scorer",))
 
 
 def test_only_a_stop_travels_as_one() -> None:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 
 def check(name: str, value: object, dtype: type[np.generic], shape: Sequence[int | None]) -> None:
@@ -24,10 +23,3 @@ def check(name: str, value: object, dtype: type[np.generic], shape: Sequence[int
         raise ValueError(f"{name}: expected shape {wanted}, found {value.shape}")
     if np.issubdtype(value.dtype, np.floating) and not np.isfinite(value).all():
         raise ValueError(f"{name}: holds numbers that are not finite")
-
-
-def read_only(value: NDArray[np.generic]) -> NDArray[np.generic]:
-    """The same array, contiguous and closed to writing."""
-    out = np.ascontiguousarray(value)
-    out.flags.writeable = False
-    return out

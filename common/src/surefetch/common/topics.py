@@ -12,12 +12,9 @@ BELIEF: Final = "belief"
 PLANNER: Final = "planner"
 SERVICES: Final = (EXECUTOR, PERCEPTION, BELIEF, PLANNER)
 
-OPERATOR: Final = "operator"
-"""The command line and any client."""
-SCORER: Final = "scorer"
-"""`run` and `study` on a simulated cell: may load scenes and ask for the truth."""
-
 Role = Literal["executor", "perception", "belief", "planner", "operator", "scorer"]
+"""Operator: the command line and any client. Scorer: `run` and `study` on a simulated cell, which
+may load scenes and ask for the truth."""
 
 
 class Traffic(Enum):

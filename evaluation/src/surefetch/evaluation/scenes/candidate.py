@@ -19,7 +19,6 @@ from surefetch.evaluation.scenes.plan import Plan, Role
 
 GENERATOR_VERSION: Final = 4
 """Increases with every change that gives a seed another scene; versions are never mixed."""
-VOCABULARY_VERSION: Final = "v1"
 
 
 @dataclass(frozen=True)

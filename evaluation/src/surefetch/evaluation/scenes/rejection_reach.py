@@ -137,12 +137,6 @@ class Hand:
             return False
         return True
 
-    def _above(self, pose: Array, around: CollisionScene, tool: Tool) -> Array:
-        """The configuration (6,) nearest to home above a pose. Raises Infeasible."""
-        raised = _raised(pose, APPROACH_M)
-        found: Array = self._planner.configurations(raised, self._home, around, tool)[0]
-        return found
-
     def _around(self, *, without: str | None = None, lid: bool) -> CollisionScene:
         boxes = tuple(true_boxes(self._scene, without=without, lid=lid))
         mount = ur10e.camera_mount(self._cell.camera)

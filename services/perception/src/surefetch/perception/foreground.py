@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from surefetch.perception.container import Container
 from surefetch.perception.mask import Bits
-from surefetch.perception.surface import Floats, Surface
+from surefetch.perception.surface import Surface
 
 Labels = NDArray[np.int32]
 """(h, w): 0 nothing, from 1 the bodies"""
@@ -40,8 +40,6 @@ class Foreground:
     """Shows a body, by depth alone"""
     doubtful: Bits
     """Depth cannot tell it from the ground or from a wall of the container"""
-    over_m: Floats
-    """Height above what a body there would stand on; negative where unknown"""
     inside: Bits
     """Over the container's interior"""
 
@@ -54,7 +52,7 @@ def find(surface: Surface, container: Container | None) -> Foreground:
         over = np.where(valid, surface.height_m, np.float32(-1))
         nothing = np.zeros_like(valid)
         sure = over > sure_m
-        return Foreground(sure, ~sure & ((over > FLAT_M) | ~surface.valid), over, nothing)
+        return Foreground(sure, ~sure & ((over > FLAT_M) | ~surface.valid), nothing)
     xy = surface.points_world_m[..., :2]
     inner = container.inner.inset(xy)
     inside = valid & (inner > 0)
@@ -63,13 +61,13 @@ def find(surface: Surface, container: Container | None) -> Foreground:
     if container.lid is not None:
         sure = (over > sure_m) & ~container.mask
         doubtful = ~sure & ~container.mask & ((over > FLAT_M) | ~surface.valid)
-        return Foreground(sure, doubtful, over, np.zeros_like(valid))
+        return Foreground(sure, doubtful, np.zeros_like(valid))
     from_wall = np.maximum(inner, -container.outer.inset(xy))
     above = surface.height_m - container.rim_m
     clear = np.maximum(from_wall, above)
     sure = (over > sure_m) & (clear > WALL_SURE_M)
     doubtful = ~sure & (((over > FLAT_M) & (clear > WALL_FLAT_M)) | ~surface.valid)
-    return Foreground(sure, doubtful, over, inside)
+    return Foreground(sure, doubtful, inside)
 
 
 def sharpened(rgb: NDArray[np.uint8], labels: Labels, doubtful: Bits) -> Labels:

@@ -110,7 +110,6 @@ class _Batch:
     """(b, n, 3) unit directions from the eye"""
     outline: Array
     weight: Array
-    mm_per_px: Array
     base: Array
     """(b,)"""
 
@@ -153,7 +152,6 @@ def _batch(objects: Sequence[Seen], view: View) -> _Batch:
         rays / distances[..., None],
         np.stack([seen.outline_px for seen in objects]),
         np.stack([seen.outline_weight for seen in objects]),
-        distances.mean(1) / view.K[0, 0],
         np.array([seen.base_m for seen in objects]),
     )
 

@@ -134,15 +134,6 @@ class PybulletWorld:
             return None
         return self.placement(self.index(scene_bodies.LID))[0]
 
-    def save(self) -> int:
-        """Remember poses and speeds; the number is for `restore`."""
-        state: int = pybullet.saveState(physicsClientId=self.client)
-        return state
-
-    def restore(self, state: int) -> None:
-        """Go back to what was saved."""
-        pybullet.restoreState(stateId=state, physicsClientId=self.client)
-
     def render(
         self,
         T_world_camera: Array,
