@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from surefetch.common import policies
 from surefetch.common.errors import BadInput
-from surefetch.evaluation.running import run_policies
 from surefetch.evaluation.running.request import read_request
 
 
@@ -67,4 +67,4 @@ def test_the_largest_seed_is_a_scene() -> None:
 def test_profile_and_policy_complete_each_other(
     profile: str | None, policy: str | None, expected: tuple[str, str]
 ) -> None:
-    assert run_policies.choose(profile, policy) == expected
+    assert policies.choose(profile, policy) == expected

@@ -20,6 +20,7 @@ from surefetch.common.messages import (
     Stop,
     Stopped,
 )
+from surefetch.common.policies import choose
 from surefetch.common.topics import (
     CANCEL,
     EVENTS,
@@ -91,7 +92,7 @@ class Cell:
         self,
         sentence: str,
         *,
-        profile: str = "extended",
+        profile: str | None = None,
         policy: str | None = None,
         after_grasp: AfterGrasp = "deliver",
     ) -> Iterator[Event]:
@@ -106,16 +107,18 @@ class Cell:
         self,
         sentence: str,
         *,
-        profile: str = "extended",
+        profile: str | None = None,
         policy: str | None = None,
         after_grasp: AfterGrasp = "deliver",
     ) -> Accepted:
-        """Begin an episode. Without a policy, the profile names it."""
+        """Begin an episode. Profile and policy complete each other; by default, `extended`.
+
+        Raises:
+            BadInput: there is no such profile or policy, or they do not go together.
+        """
+        profile, policy = choose(profile, policy)
         request = Instruct(
-            sentence=sentence,
-            profile=profile,
-            policy=policy or _POLICIES.get(profile, "ours"),
-            after_grasp=after_grasp,
+            sentence=sentence, profile=profile, policy=policy, after_grasp=after_grasp
         )
         return self._bus.ask(INSTRUCT, request, timeout_s=ANSWER_S)
 
@@ -195,7 +198,3 @@ class Cell:
                     raise PeerMissing(
                         PLANNER, "planner died in the middle of an episode."
                     ) from None
-
-
-_POLICIES: Final = {"extended": "ours", "paper": "paper-method"}
-"""The planner refuses other profiles."""

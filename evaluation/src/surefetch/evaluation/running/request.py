@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
+from surefetch.common import policies
 from surefetch.common.cell import read_cell
 from surefetch.common.errors import BadInput
 from surefetch.common.instruction import MAX_CHARACTERS
 from surefetch.common.settings import read_machine
 from surefetch.evaluation.recordings.splits import FAMILIES
-from surefetch.evaluation.running import artifacts, run_policies
+from surefetch.evaluation.running import artifacts
 
 AfterGrasp = Literal["deliver", "hold", "return"]
 AFTER_GRASP: Final[tuple[AfterGrasp, ...]] = ("deliver", "hold", "return")
@@ -55,7 +56,7 @@ def read_request(argv: Sequence[str]) -> RunRequest:
         BadInput: a word that cannot be used; nothing was started.
     """
     told = _parser().parse_args(argv)
-    profile, policy = run_policies.choose(told.profile, told.policy)
+    profile, policy = policies.choose(told.profile, told.policy)
     scene = None if told.scene is None else parse_scene(told.scene)
     _check_sentence(told.instruction)
     if scene is None and (told.instruction is None or not (told.connect or told.config)):
@@ -135,7 +136,7 @@ def _parser() -> argparse.ArgumentParser:
         "--scene", metavar="FAMILY:SEED", help=f"simulated table; {', '.join(FAMILIES)}"
     )
     parser.add_argument("--profile", metavar="P", help="extended (default) or paper")
-    parser.add_argument("--policy", metavar="NAME", help=f"{', '.join(run_policies.OWN_PROFILE)}")
+    parser.add_argument("--policy", metavar="NAME", help=f"{', '.join(policies.OWN_PROFILE)}")
     parser.add_argument("--config", type=Path, metavar="F", help="TOML file of the cell")
     parser.add_argument(
         "--connect", action="append", metavar="ENDPOINT", help="use the cell that is up there"

@@ -14,10 +14,11 @@ from typing import Any, Final
 from rich.console import Console
 from rich.table import Table
 
+from surefetch.common import policies
 from surefetch.common.errors import BadInput
 from surefetch.common.version import VERSION
 from surefetch.evaluation.recordings import recording_store, splits
-from surefetch.evaluation.running import metrics, run_policies
+from surefetch.evaluation.running import metrics
 from surefetch.evaluation.running.cell import CellWanted, open_cell
 from surefetch.evaluation.running.live import Live
 from surefetch.evaluation.running.study_episode import KeptAs, run_one
@@ -173,12 +174,12 @@ def _read(argv: Sequence[str]) -> Study:
     parser.add_argument("--seeds", required=True, metavar="A:B", help="half-open; of each family")
     parser.add_argument("--families", metavar="F,…", help="default: all five")
     parser.add_argument("--profile", metavar="P", help="extended (default) or paper")
-    parser.add_argument("--policy", metavar="NAME", help=f"{', '.join(run_policies.OWN_PROFILE)}")
+    parser.add_argument("--policy", metavar="NAME", help=f"{', '.join(policies.OWN_PROFILE)}")
     parser.add_argument("--config", type=Path, metavar="F", help="TOML file of the cell")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
     parser.add_argument("--json", action="store_true", help="the tables as stdout's last line")
     told = parser.parse_args(argv)
-    profile, policy = run_policies.choose(told.profile, told.policy)
+    profile, policy = policies.choose(told.profile, told.policy)
     seeds, families = splits.seeds_of(None, None, told.seeds), splits.families_of(told.families)
     return Study(
         scenes=tuple((family, seed) for seed in seeds for family in families),

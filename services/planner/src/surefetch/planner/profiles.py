@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from surefetch.common.errors import BadInput
+from surefetch.common import policies
 from surefetch.planner.problem import Problem, Solution
 from surefetch.planner.search import solve
 
@@ -36,8 +36,7 @@ EXTENDED: Final = Profile("extended", tries=3, outlives_failure=True, max_action
 
 PROFILES: Final = {profile.name: profile for profile in (PAPER, EXTENDED)}
 POLICIES: Final = {
-    policy.name: policy
-    for policy in (Policy("ours", EXTENDED, solve), Policy("paper-method", PAPER, solve))
+    name: Policy(name, PROFILES[profile], solve) for name, profile in policies.OWN_PROFILE.items()
 }
 
 
@@ -47,20 +46,5 @@ def choose(profile: str, policy: str) -> Policy:
     Raises:
         BadInput: there is no such profile or policy, or the policy brings another profile.
     """
-    if profile not in PROFILES:
-        raise BadInput(
-            f'there is no profile "{profile}".\n  Profiles: {", ".join(PROFILES)}\n'
-            "  Nothing was moved."
-        )
-    if policy not in POLICIES:
-        raise BadInput(
-            f'there is no policy "{policy}".\n  Policies: {", ".join(POLICIES)}\n'
-            "  Nothing was moved."
-        )
-    chosen = POLICIES[policy]
-    if chosen.profile.name != profile:
-        raise BadInput(
-            f'the policy "{policy}" brings its own profile, "{chosen.profile.name}", and cannot '
-            f'run with "{profile}".\n  Nothing was moved.'
-        )
-    return chosen
+    policies.choose(profile, policy)
+    return POLICIES[policy]
