@@ -40,7 +40,7 @@ from surefetch.common.messages import (
     Target,
     TrackSummary,
 )
-from surefetch.evaluation.showing.observed import Observed, Stamped
+from surefetch.evaluation.showing.observed import Observed, Seen
 
 WIDTH, HEIGHT = 160, 120
 K = np.array([[130.0, 0.0, 79.5], [0.0, 130.0, 59.5], [0.0, 0.0, 1.0]])
@@ -251,14 +251,14 @@ def events() -> tuple[Event, ...]:
 
 def observed() -> Observed:
     """All of it, in order of arrival."""
-    log: list[Stamped] = []
+    log: list[Seen] = []
     for event in events():
         if isinstance(event.happening, Perceived):
             counter = event.happening.frame.counter
-            log.append(Stamped(0.1 * len(log), observations(counter)))
+            log.append(observations(counter))
         if isinstance(event.happening, Acted):
-            log.append(Stamped(0.1 * len(log), motion()))
-        log.append(Stamped(0.1 * len(log), event))
+            log.append(motion())
+        log.append(event)
     frames = {FrameId(boot="e", counter=n): frame(n) for n in range(2)}
     return Observed(tuple(log), frames)
 

@@ -128,7 +128,7 @@ def test_the_record_of_every_service_and_the_frames_are_kept(demo: Demo) -> None
     captured = [e.happening.frame for e in seen.events if isinstance(e.happening, Captured)]
     assert set(seen.frames) == set(captured) == set(seen.observations)
     assert len(captured) >= len(demo.told["steps"]) > 0
-    assert any(isinstance(stamped.message, Motion) for stamped in seen.log)
+    assert any(isinstance(message, Motion) for message in seen.log)
 
 
 def test_no_truth_reaches_the_loop(demo: Demo) -> None:

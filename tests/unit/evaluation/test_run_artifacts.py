@@ -21,8 +21,8 @@ def observer_journal(folder: Path) -> bytes:
     journal = ObservedJournal(path, "boot")
     for frame in seen.frames.values():
         journal.fetched(frame)
-    for stamped in seen.log:
-        journal.heard(stamped.message)
+    for message in seen.log:
+        journal.heard(message)
     journal.close()
     return path.read_bytes()
 

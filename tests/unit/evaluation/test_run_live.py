@@ -58,7 +58,7 @@ def test_what_the_observer_saw_is_in_its_journal(tmp_path: Path) -> None:
         finished, _ = run(cell, tmp_path)
     (tmp_path / "read").write_bytes(finished.journals[OBSERVER])
     read = read_observed(tmp_path / "read")
-    assert [type(s.message) for s in read.log] == [type(s.message) for s in finished.observed.log]
+    assert [type(s) for s in read.log] == [type(s) for s in finished.observed.log]
     assert read.events == finished.observed.events
     assert read.frames.keys() == finished.observed.frames.keys()
 

@@ -12,7 +12,7 @@ from surefetch.common.errors import SurefetchError
 from surefetch.common.messages import Accepted, Cancel, Ended, Event, Instruct, Stop
 from surefetch.common.topics import CANCEL, EXECUTOR, INSTRUCT, PLANNER, STOP
 from surefetch.evaluation.running.ending import aborted, stopped
-from surefetch.evaluation.showing.observed import Observed, Stamped
+from surefetch.evaluation.showing.observed import Observed, Seen
 from surefetch.evaluation.showing.observer import Observer
 
 INSTRUCT_S: Final = 15.0
@@ -45,10 +45,10 @@ class Follower:
         self._events: SimpleQueue[Event] = SimpleQueue()
         self._gone: SimpleQueue[str] = SimpleQueue()
 
-    def on_message(self, stamped: Stamped) -> None:
+    def on_message(self, message: Seen) -> None:
         """Hear what the observer hears."""
-        if isinstance(stamped.message, Event):
-            self._events.put(stamped.message)
+        if isinstance(message, Event):
+            self._events.put(message)
 
     def on_gone(self, service: str) -> None:
         """Hear that a service's token went."""

@@ -53,7 +53,7 @@ class Live:
     def __init__(self, cell: LiveCell, *, silence_s: float = SILENCE_S) -> None:
         """Join; `silence_s` is how long a planner may say nothing in mid-episode."""
         self.cell = cell
-        self._observer = Observer(cell.bus, lambda stamped: self._follower.on_message(stamped))
+        self._observer = Observer(cell.bus, lambda message: self._follower.on_message(message))
         self._follower = Follower(
             cell.bus, self._observer, how_it_died=cell.how_it_died, silence_s=silence_s
         )

@@ -1,6 +1,5 @@
 """A running cell as Rerun recordings, one per episode, written while it happens."""
 
-import time
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from typing import Final
@@ -11,7 +10,7 @@ from surefetch.common.bus import Bus
 from surefetch.common.errors import SurefetchError
 from surefetch.common.messages import Captured, Event, Frame, FrameId
 from surefetch.common.topics import EVENTS, FRAME, MOVED, OBSERVED
-from surefetch.evaluation.showing.observed import Seen, Stamped
+from surefetch.evaluation.showing.observed import Seen
 from surefetch.evaluation.showing.recording_view import EpisodeView
 
 FRAME_TIMEOUT_S: Final = 5.0
@@ -58,7 +57,7 @@ class LiveView:
             if isinstance(message.happening, Captured):
                 frames = self._fetch(message.happening.frame)
             self._on_event(message)
-        view.add(Stamped(time.monotonic(), message), frames)
+        view.add(message, frames)
 
     def _view_for(self, message: Seen) -> EpisodeView:
         """The view of the message's episode; whoever joins late begins in the midst of one."""

@@ -23,29 +23,21 @@ Seen = Event | Observations | Motion
 
 
 @dataclass(frozen=True, eq=False)
-class Stamped:
-    """A message and when it arrived, in seconds since the observer began."""
-
-    arrived_s: float
-    message: Seen
-
-
-@dataclass(frozen=True, eq=False)
 class Observed:
     """Everything seen, in order of arrival, and the frames that were fetched."""
 
-    log: tuple[Stamped, ...]
+    log: tuple[Seen, ...]
     frames: Mapping[FrameId, Frame]
 
     @property
     def events(self) -> tuple[Event, ...]:
         """The planner's events, in order."""
-        return tuple(s.message for s in self.log if isinstance(s.message, Event))
+        return tuple(seen for seen in self.log if isinstance(seen, Event))
 
     @property
     def observations(self) -> dict[FrameId, Observations]:
         """What perception said of each frame."""
-        return {s.message.frame: s.message for s in self.log if isinstance(s.message, Observations)}
+        return {seen.frame: seen for seen in self.log if isinstance(seen, Observations)}
 
     @property
     def accepted(self) -> Accepted | None:

@@ -5,10 +5,10 @@ from typing import Any, Final
 
 from surefetch.common import codec
 from surefetch.common.errors import BadInput, CodecError
-from surefetch.common.journal import JournalWriter, Record, read_journal
+from surefetch.common.journal import JournalWriter, read_journal
 from surefetch.common.messages import Event, Frame, FrameId, Message, Motion, Observations
 from surefetch.common.topics import EVENTS, FRAME, MOVED, OBSERVED, Stream
-from surefetch.evaluation.showing.observed import Observed, Seen, Stamped
+from surefetch.evaluation.showing.observed import Observed, Seen
 
 OBSERVER: Final = "observer"
 STREAMS: Final[dict[str, Stream[Any]]] = {s.name: s for s in (EVENTS, OBSERVED, MOVED)}
@@ -44,7 +44,7 @@ class ObservedJournal:
 def read_observed(path: Path) -> Observed:
     """What such a journal holds. Raises BadInput when it is no journal, or a damaged one."""
     journal = read_journal(path)
-    log: list[Stamped] = []
+    log: list[Seen] = []
     frames: dict[FrameId, Frame] = {}
     try:
         for record in journal.records:
@@ -52,12 +52,7 @@ def read_observed(path: Path) -> Observed:
                 frame = record.message(Frame)
                 frames[frame.info.frame] = frame
             elif record.topic in STREAMS:
-                log.append(_stamped(record))
+                log.append(record.message(STREAMS[record.topic].message))
     except CodecError as error:
         raise BadInput(f"journal {path} cannot be read by this version: {error}") from None
     return Observed(tuple(log), frames)
-
-
-def _stamped(record: Record) -> Stamped:
-    message: Seen = record.message(STREAMS[record.topic].message)
-    return Stamped(record.time_s, message)

@@ -13,7 +13,7 @@ from surefetch.common.bus import Bus
 from surefetch.common.errors import SurefetchError
 from surefetch.common.messages import Captured, Event, Frame, FrameId
 from surefetch.common.topics import EVENTS, FRAME, MOVED, OBSERVED
-from surefetch.evaluation.showing.observed import Observed, Seen, Stamped
+from surefetch.evaluation.showing.observed import Observed, Seen
 from surefetch.evaluation.showing.observed_journal import ObservedJournal
 
 FRAME_TIMEOUT_S: Final = 5.0
@@ -22,7 +22,7 @@ FRAME_TIMEOUT_S: Final = 5.0
 class Observer:
     """Collects what happens in a cell from now on. Frames are fetched in a thread of its own."""
 
-    def __init__(self, bus: Bus, on_message: Callable[[Stamped], None] | None = None) -> None:
+    def __init__(self, bus: Bus, on_message: Callable[[Seen], None] | None = None) -> None:
         self._bus = bus
         self._on_message = on_message
         self._lock = threading.Lock()
@@ -37,9 +37,8 @@ class Observer:
     def begin(self, journal: ObservedJournal | None = None) -> None:
         """Forget what was seen; a new episode begins, to be kept in this journal too."""
         with self._lock:
-            self._began_s = time.monotonic()
             self._journal = journal
-            self._log: list[Stamped] = []
+            self._log: list[Seen] = []
             self._frames: dict[FrameId, Frame] = {}
             self._lost: list[str] = []
 
@@ -71,12 +70,11 @@ class Observer:
 
     def _hear(self, message: Seen) -> None:
         with self._lock:
-            stamped = Stamped(time.monotonic() - self._began_s, message)
-            self._log.append(stamped)
+            self._log.append(message)
             if self._journal is not None:
                 self._journal.heard(message)
         if self._on_message is not None:
-            self._on_message(stamped)
+            self._on_message(message)
 
     def _fetch(self) -> None:
         while (wanted := self._wanted.get()) is not None:

@@ -31,7 +31,7 @@ from surefetch.common.messages import (
     Perceived,
 )
 from surefetch.evaluation.showing import arm_view, pictures, words
-from surefetch.evaluation.showing.observed import Observed, Stamped
+from surefetch.evaluation.showing.observed import Observed, Seen
 from surefetch.evaluation.showing.progress import bar
 
 APPLICATION: Final = "surefetch"
@@ -47,8 +47,8 @@ def write(observed: Observed, path: Path) -> None:
     recording = rr.RecordingStream(APPLICATION, recording_id=_recording_id(observed))
     recording.save(path, default_blueprint=blueprint())
     view = EpisodeView(recording)
-    for stamped in observed.log:
-        view.add(stamped, observed.frames)
+    for message in observed.log:
+        view.add(message, observed.frames)
     recording.flush()
     recording.disconnect()
 
@@ -102,10 +102,10 @@ class EpisodeView:
         recording.log("/", _classes(), static=True)
         arm_view.log_envelopes(recording)
 
-    def add(self, stamped: Stamped, frames: Any) -> None:
+    def add(self, message: Seen, frames: Any) -> None:
         """Write one message; `frames` maps frame ids to the frames fetched so far."""
         self._stamp()
-        match stamped.message:
+        match message:
             case Event() as event:
                 self._step = event.step
                 self._stamp()
