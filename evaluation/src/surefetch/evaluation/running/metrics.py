@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, get_args
 
 from scipy import stats
 
@@ -19,18 +19,7 @@ Verdict = Literal[
     "aborted",
     "stopped",
 ]
-VERDICTS: Final[tuple[Verdict, ...]] = (
-    "success",
-    "false_defer",
-    "wrong_object",
-    "grasp_failed",
-    "interaction_failed",
-    "step_limit",
-    "stalled",
-    "perception_failure",
-    "aborted",
-    "stopped",
-)
+VERDICTS: Final[tuple[Verdict, ...]] = get_args(Verdict)
 """Success and the failure classes; they sum to the number of episodes."""
 
 
