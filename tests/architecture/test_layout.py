@@ -144,3 +144,17 @@ def test_every_word_of_the_command_line_leads_to_a_function(word: str) -> None:
     target = SERVE[word.split()[1]] if " " in word else COMMANDS[word].function
     module, function = target.split(":")
     assert callable(getattr(importlib.import_module(module), function))
+
+
+@pytest.mark.parametrize("module", ["running.run", "running.replay", "showing.view"])
+def test_a_desk_follows_a_cell_without_the_robot_and_perception(module: str) -> None:
+    """A module that is None in `sys.modules` counts as not installed."""
+    program = (
+        "import importlib, sys\n"
+        "sys.modules |= {f'surefetch.{name}': None for name in ('executor', 'perception')}\n"
+        f"importlib.import_module('surefetch.evaluation.{module}')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr

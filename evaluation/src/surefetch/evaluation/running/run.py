@@ -2,10 +2,12 @@
 
 import json
 import sys
-from typing import Any, Final
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
 
 from rich.console import Console
 
+from surefetch.common.errors import BadInput
 from surefetch.common.instruction import parse
 from surefetch.common.messages import Empty, Instruct
 from surefetch.common.topics import VOCABULARY
@@ -13,8 +15,10 @@ from surefetch.evaluation.running import artifacts, scoring, summary
 from surefetch.evaluation.running.cell import CellWanted, LiveCell, open_cell
 from surefetch.evaluation.running.live import Finished, Live
 from surefetch.evaluation.running.request import RunRequest, read_request
-from surefetch.evaluation.scenes.generate import GeneratedScene, generate
 from surefetch.evaluation.showing.progress import Progress
+
+if TYPE_CHECKING:
+    from surefetch.evaluation.scenes.generate import GeneratedScene
 
 VOCABULARY_S: Final = 10.0
 
@@ -68,15 +72,25 @@ def _check_words(request: RunRequest, cell: LiveCell) -> None:
         parse(request.instruction, vocabulary)
 
 
-def _scene(request: RunRequest, progress: Progress) -> GeneratedScene | None:
+def _scene(request: RunRequest, progress: Progress) -> "GeneratedScene | None":
     if request.scene is None:
         return None
     progress.wait(f"setting the table {request.scene} …")
-    return generate(request.scene.family, request.scene.seed)
+    try:  # a desk that only follows a cell has no simulated table
+        generate = import_module("surefetch.evaluation.scenes.generate").generate
+    except ModuleNotFoundError as error:
+        if error.name != "surefetch.executor":
+            raise
+        raise BadInput(
+            "--scene needs the package surefetch-executor, which is not installed here.\n"
+            "  Install it: pip install --constraint constraints.txt ./services/executor"
+        ) from None
+    scene: GeneratedScene = generate(request.scene.family, request.scene.seed)
+    return scene
 
 
 def _episode(
-    request: RunRequest, scene: GeneratedScene | None, cell: LiveCell, progress: Progress
+    request: RunRequest, scene: "GeneratedScene | None", cell: LiveCell, progress: Progress
 ) -> Finished:
     sentence = request.instruction or (scene.sentence if scene is not None else "")
     progress.say(f"asked       {sentence}")
@@ -91,7 +105,7 @@ def _episode(
 
 
 def _told(
-    request: RunRequest, scene: GeneratedScene | None, cell: LiveCell, finished: Finished
+    request: RunRequest, scene: "GeneratedScene | None", cell: LiveCell, finished: Finished
 ) -> dict[str, Any]:
     return summary.summarize(
         scene="" if request.scene is None else str(request.scene),
@@ -107,7 +121,9 @@ def _told(
     )
 
 
-def _score(request: RunRequest, scene: GeneratedScene | None, finished: Finished) -> scoring.Score:
+def _score(
+    request: RunRequest, scene: "GeneratedScene | None", finished: Finished
+) -> scoring.Score:
     """By the scene's own target; an instruction of the user's own by what it says."""
     if scene is None:
         return scoring.UNKNOWN
