@@ -111,7 +111,7 @@ def test_an_endpoint_in_use_that_the_user_named_is_bad_input(
     tmp_path: Path, used_endpoint: str
 ) -> None:
     endpoints = {BELIEF: free_endpoint(), PLANNER: used_endpoint}
-    with pytest.raises(BadInput, match="planner ended at its start with status 2") as met:
+    with pytest.raises(BadInput, match="^planner: these endpoints cannot be used") as met:
         Services.start(a_launch(tmp_path, endpoints=endpoints))
     assert f"cannot be used: --listen {used_endpoint}" in str(met.value)
     assert "Traceback" not in str(met.value)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from msgspec import structs
 from tabletop import body, estimate_of, move, scene
 
-from surefetch.common.errors import Refused
+from surefetch.common.errors import DeviceFault, Refused
 from surefetch.common.messages import Command, Frame, FrameId, FrameInfo, Look, Outcome
 from surefetch.executor.frames import FrameRing
 from surefetch.executor.outcomes import Outcomes
@@ -85,6 +85,13 @@ def test_a_command_is_known_by_its_id_and_told_from_another_by_its_body() -> Non
     for other in (command(view="right"), structs.replace(command(), step=1)):
         with pytest.raises(Refused, match="another one before"):
             outcomes.of(other)
+
+
+def test_a_stop_that_brings_no_rest_does_not_claim_it() -> None:
+    latch = StopLatch(rest_s=0.05)
+    with latch.moving(), pytest.raises(DeviceFault, match="has not come to rest"):
+        latch.ask_and_wait("a")
+    assert latch.asked(), "and nothing more is begun"
 
 
 def test_a_stop_latches_and_waits_for_rest() -> None:

@@ -30,7 +30,7 @@ IMPORT_S: Final = 60.0
 
 PACKAGES: Final = {
     "surefetch-common": ("msgspec", "numpy", "zenoh", "PIL", "platformdirs"),
-    "surefetch-executor": ("pybullet", "placo", "fcl", "ompl", "ruckig", "scipy"),
+    "surefetch-executor": ("pybullet", "fcl", "ompl", "ruckig", "scipy"),
     "surefetch-perception": ("cv2", "scipy"),
     "surefetch-belief": ("scipy",),
     "surefetch-planner": ("numpy",),

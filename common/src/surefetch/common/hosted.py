@@ -30,10 +30,13 @@ ends the process with status 70: a service whose state is in doubt must not serv
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Any, Final, Generic, Protocol, TypeVar, runtime_checkable
 
 from surefetch.common.messages import Message
 from surefetch.common.topics import Topic
+
+IDLE: Final = "idle"
+"""What a service that does nothing says of its doing."""
 
 Q = TypeVar("Q", bound=Message)
 R = TypeVar("R", bound=Message)

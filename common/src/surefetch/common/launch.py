@@ -205,9 +205,10 @@ def _is_taken(endpoint: str) -> bool:
 
 
 def _ended_at_start(one: Started) -> SurefetchError:
-    status = one.process.returncode
-    text = f"{one.service} ended at its start with status {status}:\n{_tail(one.log_file)}"
-    return BadInput(text) if status == BadInput.exit_code else InfrastructureError(text)
+    status, words = one.process.returncode, _tail(one.log_file)
+    if status == BadInput.exit_code:  # it has said in a sentence what cannot be used
+        return BadInput(f"{one.service}: {words.strip().removeprefix('surefetch: ')}")
+    return InfrastructureError(f"{one.service} ended at its start with status {status}:\n{words}")
 
 
 def _tail(path: Path) -> str:

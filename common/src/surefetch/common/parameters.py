@@ -207,8 +207,10 @@ def check_origin(parameters: Parameters, *, cell: str, backend: str) -> None:
                 f'the parameters of profile "{parameters.profile}" were {what} on cell '
                 f'"{origin.cell}" with perception "{origin.backend}";\n'
                 f'  this is cell "{cell}" with perception "{backend}". Fit new ones:\n'
-                f"  surefetch study record --split development --episodes 100 --out DIR"
-                f" && surefetch study fit DIR && surefetch study calibrate DIR\n"
+                f"  surefetch study record --split development --episodes 60 --out DEV\n"
+                f"  surefetch study record --split calibration --episodes 44 --out CAL\n"
+                f"  surefetch study fit DEV --out FITTED\n"
+                f"  surefetch study calibrate CAL --parameters FITTED\n"
                 f"  Nothing was moved."
             )
 

@@ -1,6 +1,7 @@
-"""The cells that run on this machine, as files in the user's runtime folder, one per cell.
+"""The cells that run on this machine, as files in the user's runtime folder.
 
 `run` puts one there and takes it away; one whose process is gone is taken away by whoever looks.
+Two runs in one cell have a file each, so that the cell is known until the last of them has ended.
 """
 
 import logging
@@ -47,7 +48,7 @@ def announced(cell: RunningCell, folder: Path | None = None) -> Iterator[None]:
 
     A folder that cannot be written is told in the log: the cell then needs ``--connect``.
     """
-    path = (folder or default_folder()) / f"{cell.name}.json"
+    path = (folder or default_folder()) / f"{cell.name}-{cell.pid}.json"
     try:
         _write(path, msgspec.json.encode(cell))
     except OSError as error:
@@ -60,18 +61,19 @@ def announced(cell: RunningCell, folder: Path | None = None) -> Iterator[None]:
 
 
 def running_cells(folder: Path | None = None) -> tuple[RunningCell, ...]:
-    """The cells whose process is there, the newest first; files of others are removed."""
-    cells = []
+    """The cells whose process is there, each once, newest first; files of others are removed."""
+    cells: dict[str, RunningCell] = {}
     for path in (folder or default_folder()).glob("*.json"):
         cell = _read(path)
         if cell is None:
             continue
         if _is_there(cell.pid):
-            cells.append(cell)
+            known = cells.get(cell.name, cell)
+            cells[cell.name] = max(known, cell, key=lambda one: one.started_s)
         else:
             with suppress(OSError):
                 path.unlink()
-    return tuple(sorted(cells, key=lambda cell: cell.started_s, reverse=True))
+    return tuple(sorted(cells.values(), key=lambda cell: cell.started_s, reverse=True))
 
 
 def newest_cell(folder: Path | None = None) -> RunningCell:

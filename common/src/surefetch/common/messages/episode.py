@@ -54,6 +54,8 @@ class Captured(Message, frozen=True):
     frame: FrameId
     view: str | None
     q: Name
+    """The viewing condition to be expected, if the action before did what it was to do; what the
+    frame shows, `Believed` tells."""
 
 
 class Perceived(Message, frozen=True):
@@ -78,6 +80,8 @@ class TrackSummary(Message, frozen=True):
 class Believed(Message, frozen=True):
     """The belief after the step."""
 
+    q: Name
+    """The viewing condition of the look, as the frame verified it."""
     belief: dict[str, float]
     gamma: tuple[str, ...]
     tracks: tuple[TrackSummary, ...]

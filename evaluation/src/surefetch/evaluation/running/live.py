@@ -9,17 +9,20 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final
 
-from surefetch.common.errors import SurefetchError
+from surefetch.common.errors import Refused, SurefetchError
+from surefetch.common.hosted import IDLE
 from surefetch.common.messages import (
     Accepted,
     AskTruth,
+    Empty,
     Ended,
     Event,
     Instruct,
     Scene,
     Truth,
 )
-from surefetch.common.topics import LOAD_SCENE, TRUTH
+from surefetch.common.refusals import BUSY
+from surefetch.common.topics import LOAD_SCENE, PLANNER, STATUS, TRUTH
 from surefetch.evaluation.running import journals as run_journals
 from surefetch.evaluation.running.cell import LiveCell
 from surefetch.evaluation.running.episode import SILENCE_S, Follower
@@ -29,6 +32,9 @@ from surefetch.evaluation.showing.observer import Observer
 
 LOAD_S: Final = 60.0
 TRUTH_S: Final = 5.0
+STATUS_S: Final = 5.0
+TIDY_S: Final = 2.0
+"""A planner that has told the end of an episode is idle within this."""
 FRAMES_S: Final = 1.5
 """How long to wait for the last frames, once the episode is over."""
 
@@ -71,6 +77,7 @@ class Live:
         bus, began_s = self.cell.bus, time.monotonic()
         sizes = run_journals.sizes(bus)
         if scene is not None:
+            self._refuse_if_busy()
             bus.ask(LOAD_SCENE, scene, timeout_s=LOAD_S)
         kept = self.cell.folder / f"{OBSERVER}-{secrets.token_hex(4)}.journal"
         journal = ObservedJournal(kept, bus.boot)
@@ -93,6 +100,22 @@ class Live:
             missing=(*lost, *missing, *unknown),
             wall_s=time.monotonic() - began_s,
         )
+
+    def _refuse_if_busy(self) -> None:
+        """Leave the table as it is while somebody else's episode is under way on it."""
+        until_s = time.monotonic() + TIDY_S
+        while (doing := self._planner_does()) != IDLE:
+            if time.monotonic() < until_s:
+                time.sleep(0.05)
+                continue
+            raise Refused(
+                BUSY,
+                f"an episode is under way in this cell ({doing}).\n"
+                "  Wait for its end, or end it: surefetch stop. Nothing was changed.",
+            )
+
+    def _planner_does(self) -> str:
+        return self.cell.bus.ask(STATUS[PLANNER], Empty(), timeout_s=STATUS_S).doing
 
     def _truth(self) -> tuple[Truth | None, tuple[str, ...]]:
         try:

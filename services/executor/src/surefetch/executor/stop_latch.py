@@ -5,6 +5,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from surefetch.common.errors import DeviceFault
+
 REST_S = 2.0
 """Longest wait for a motion to come to rest"""
 
@@ -12,7 +14,8 @@ REST_S = 2.0
 class StopLatch:
     """Set by a stop; motion polls it."""
 
-    def __init__(self) -> None:
+    def __init__(self, rest_s: float = REST_S) -> None:
+        self._rest_s = rest_s
         self._asked = threading.Event()
         self._at_rest = threading.Event()
         self._at_rest.set()
@@ -28,10 +31,18 @@ class StopLatch:
         self._asked.set()
 
     def ask_and_wait(self, who: str) -> tuple[bool, float]:
-        """Stop, and wait for rest; whether it moved, and for how long it went on, in seconds."""
+        """Stop, and wait for rest; whether it moved, and for how long it went on, in seconds.
+
+        Raises:
+            DeviceFault: the motion did not come to rest in time.
+        """
         began, moving = time.monotonic(), not self._at_rest.is_set()
         self.ask(who)
-        self._at_rest.wait(REST_S)
+        if not self._at_rest.wait(self._rest_s):
+            raise DeviceFault(
+                f"the arm was told to stop and has not come to rest within {self._rest_s:g} s.\n"
+                "  Use the emergency stop. No further motion is begun."
+            )
         return moving, time.monotonic() - began
 
     def release(self) -> None:

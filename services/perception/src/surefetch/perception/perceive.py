@@ -65,8 +65,9 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _check_writable(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise BadInput(f"--out {folder} is a file; name a folder. Nothing was written.")
+    for path in (folder, *folder.parents):
+        if path.exists() and not path.is_dir():
+            raise BadInput(f"--out {folder}: {path} is a file; name a folder. Nothing was written.")
 
 
 def as_json(seen: Observations, target: Target) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import msgspec
 from surefetch.common.bus import Bus
 from surefetch.common.cell import Cell
 from surefetch.common.errors import Refused
+from surefetch.common.hosted import IDLE
 from surefetch.common.instruction import describe, parse
 from surefetch.common.messages import Accepted, Cancel, Empty, Equipped, Instruct, Vocabulary
 from surefetch.common.parameters import Parameters, check_origin
@@ -67,7 +68,7 @@ class PlannerService:
     def doing(self) -> str:
         """Which episode runs, and what it waits for."""
         crew = self._crew
-        return "idle" if crew is None else f"{self._episode}, {crew.doing}"
+        return IDLE if crew is None else f"{self._episode}, {crew.doing}"
 
     def peer_gone(self, service: str) -> None:
         """A service died: an episode under way ends now."""

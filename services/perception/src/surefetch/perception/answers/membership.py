@@ -15,7 +15,7 @@ UNKNOWN: Final = 0.5
 
 
 def membership(candidate: Candidate, container: Container | None) -> Answer:
-    """Signed distance of the body's centre to the inner edge, if its bottom is below the rim."""
+    """By the signed distance of the body's centre to the inner edge."""
     if container is None or not container.complete or candidate.center_world_m is None:
         return answer(0.0, 1.0, {"container": float(container is not None)})
     xy = np.array(candidate.center_world_m[:2])
