@@ -1,6 +1,8 @@
 """The ways in which an episode ends, in words. Pure."""
 
 from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from typing import Literal
 
 from surefetch.common.cell import Cell
 from surefetch.common.errors import NoAnswer, PeerMissing, Refused, SurefetchError
@@ -8,6 +10,14 @@ from surefetch.common.hypotheses import ABS
 from surefetch.common.messages import Grasp
 from surefetch.planner.account import End
 from surefetch.planner.situation import Situation
+
+
+@dataclass(frozen=True)
+class Lift:
+    """How a lift was verified."""
+
+    reason: Literal["verified", "verified_by_width"]
+    told: str
 
 
 def deferred(now: Situation, because: str) -> End:
@@ -50,9 +60,10 @@ def grasp_failed(grasp: Grasp, tries: int, why: str) -> End:
     return End("failed", "grasp_failed", told, grasp.track, grasp.relation)
 
 
-def grasped(grasp: Grasp, told: str, after: str, delivered: bool | None) -> End:
+def grasped(grasp: Grasp, lift: Lift, after: str, delivered: bool | None) -> End:
     """The target is held, or was put where it was wanted."""
-    return End("grasped", "verified", f"{told} {after}", grasp.track, grasp.relation, delivered)
+    told = f"{lift.told} {after}"
+    return End("grasped", lift.reason, told, grasp.track, grasp.relation, delivered)
 
 
 def cut_short(error: SurefetchError) -> End:

@@ -4,6 +4,7 @@ from surefetch.common.messages import Deliver, Estimate, Grasp, Look, Outcome, P
 from surefetch.planner import endings
 from surefetch.planner.account import End
 from surefetch.planner.crew import Crew
+from surefetch.planner.endings import Lift
 from surefetch.planner.episode_state import EpisodeState, grasped_at
 from surefetch.planner.looks import condition
 from surefetch.planner.situation import Errand
@@ -24,7 +25,7 @@ def fetch(
     held = check.gone is not False
     after = grasped_at(state, grasp.track, held=held)
     if held:
-        return _keep(crew, errand, state.estimate, grasp, f"{because} {_verified(check)}")
+        return _keep(crew, errand, state.estimate, grasp, _lift(because, check))
     tries, profile = after.grasp_failures[grasp.track], errand.policy.profile
     if not profile.outlives_failure or tries >= profile.tries:
         return endings.grasp_failed(grasp, tries, check.why)
@@ -46,18 +47,18 @@ def _check_place(crew: Crew, errand: Errand, state: EpisodeState, number: int) -
     return look_at_place(track, others, frame, seen.detections, state.seen_from.get(number))
 
 
-def _keep(crew: Crew, errand: Errand, estimate: Estimate, grasp: Grasp, told: str) -> End:
+def _keep(crew: Crew, errand: Errand, estimate: Estimate, grasp: Grasp, lift: Lift) -> End:
     """What was asked for after the grasp."""
     match errand.after_grasp:
         case "deliver":
             outcome = crew.execute(Deliver(place=errand.cell.delivery.name), estimate)
             delivered = outcome.status == "done"
-            return endings.grasped(grasp, told, _put_down("delivered", outcome), delivered)
+            return endings.grasped(grasp, lift, _put_down("delivered", outcome), delivered)
         case "return":
             outcome = crew.execute(PutBack(), estimate)
-            return endings.grasped(grasp, told, _put_down("put back", outcome), None)
+            return endings.grasped(grasp, lift, _put_down("put back", outcome), None)
         case "hold":
-            return endings.grasped(grasp, told, "It is held.", None)
+            return endings.grasped(grasp, lift, "It is held.", None)
 
 
 def _put_down(what: str, outcome: Outcome) -> str:
@@ -66,10 +67,12 @@ def _put_down(what: str, outcome: Outcome) -> str:
     return endings.sentence(f"It was not {what}", outcome.why)
 
 
-def _verified(check: PlaceCheck) -> str:
+def _lift(because: str, check: PlaceCheck) -> Lift:
     if check.gone:
-        return "The lift was verified by finger width and by a look."
-    return endings.sentence("The lift was verified by finger width alone", check.why)
+        told = "The lift was verified by finger width and by a look."
+        return Lift("verified", f"{because} {told}")
+    told = endings.sentence("The lift was verified by finger width alone", check.why)
+    return Lift("verified_by_width", f"{because} {told}")
 
 
 def _apart(tracks: tuple[Track, ...], number: int) -> tuple[Track, tuple[Track, ...]]:
