@@ -185,6 +185,7 @@ def happenings() -> list[tuple[int, Happening]]:
             (
                 step,
                 Believed(
+                    q="center",
                     belief=BELIEFS[step],
                     gamma=GAMMAS[step],
                     tracks=tracks,

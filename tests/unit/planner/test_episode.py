@@ -170,10 +170,14 @@ def test_a_covered_object_is_uncovered_first_and_seen_under_the_condition_for_it
 def test_a_reported_removal_alone_opens_nothing() -> None:
     table = Table([thing_inside()], covered=True, stuck_lid=True)
     with scripted_cell(table) as cell:
-        ended = cell.fetch("the red object inside the box")
+        cell.instruct("the red object inside the box")
+        events = cell.events()
+    (ended,) = of(Ended, events)
     assert (ended.outcome, ended.reason) == ("failed", "removal_failed")
     assert done(table).count("remove_cover") == 3
     assert {s.q for s in ended.steps} == {"center"}
+    assert [b.q for b in of(Believed, events)] == [s.q for s in ended.steps]
+    assert [c.q for c in of(Captured, events)] == ["center", *["after_removal"] * 3]
     counted = [s.observations for s in ended.steps]
     assert all(not c for c in counted[1:])
 

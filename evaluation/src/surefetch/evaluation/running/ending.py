@@ -34,7 +34,7 @@ def _cut_short(
 def _record(step: Step) -> StepRecord:
     believed, decided = step.believed, step.decided
     return StepRecord(
-        q=step.captured.q,
+        q=step.q,
         observations=() if believed is None else believed.counted,
         belief={} if believed is None else believed.belief,
         gamma=() if believed is None else believed.gamma,

@@ -62,6 +62,11 @@ class Step:
     acting: tuple[Acting, ...] = ()
     acted: tuple[Acted, ...] = ()
 
+    @property
+    def q(self) -> str:
+        """The viewing condition: as verified, or as expected where no belief took the look."""
+        return self.captured.q if self.believed is None else self.believed.q
+
 
 def steps(events: tuple[Event, ...]) -> Iterator[Step]:
     """The looks of an episode, in order."""

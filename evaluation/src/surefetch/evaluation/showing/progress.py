@@ -43,8 +43,11 @@ class Progress:
     def __init__(self, console: Console) -> None:
         self._console = console
         self._waiting: Status | None = None
-        self._q = ""
+        self._expected_q = ""
+        self._seen: Text | None = None
+        """What a look showed, until it is known under which condition it was taken."""
         self._reason = ""
+        self._seen_step = -1
         self._believed_step = -1
 
     def show(self, event: Event) -> None:
@@ -54,7 +57,7 @@ class Progress:
 
     def ended(self, ended: Ended) -> None:
         """Print how the episode ended."""
-        self._print(self._ended(ended, 0))
+        self._print([*self._header(ended), *self._ended(ended, 0)])
 
     def say(self, text: str, style: str = "") -> None:
         """Print a line that is no event."""
@@ -96,10 +99,19 @@ class Progress:
             Ended: self._ended,
         }
         writer = writers.get(type(happening))
-        return [] if writer is None else writer(happening, step)
+        header = self._header(happening)
+        return header if writer is None else [*header, *writer(happening, step)]
+
+    def _header(self, happening: Happening) -> list[Text]:
+        """The beginning of a step that is due, with its viewing condition as far as it is known."""
+        if self._seen is None:
+            return []
+        q = happening.q if isinstance(happening, Believed) else self._expected_q
+        seen, self._seen = self._seen, None
+        return [Text(), Text.assemble((f"step {self._seen_step}  {q}", "bold cyan"), seen)]
 
     def _captured(self, captured: Captured, _: int) -> list[Text]:
-        self._q = captured.q
+        self._expected_q = captured.q
         return []
 
     def _perceived(self, perceived: Perceived, step: int) -> list[Text]:
@@ -108,7 +120,8 @@ class Progress:
         took = (f"  ({perceived.duration_s:.2f} s)", "dim")
         if step == self._believed_step:
             return [Text.assemble(f"    seen after it:{found}", took)]
-        return [Text(), Text.assemble((f"step {step}  {self._q}", "bold cyan"), found, took)]
+        self._seen, self._seen_step = Text.assemble(found, took), step
+        return []
 
     def _believed(self, believed: Believed, step: int) -> list[Text]:
         self._believed_step = step

@@ -124,7 +124,7 @@ def _title(figure: Figure, observed: Observed) -> None:
 def _view(axes: Any, observed: Observed, look: Step, column: int) -> None:
     """The image with masks and, at each, its track and answer."""
     axes.set_axis_off()
-    condition = look.captured.q.replace("_", " ") if look.believed else "to verify"
+    condition = look.q.replace("_", " ") if look.believed else "to verify"
     axes.set_title(f"({chr(97 + column % 26)})  {condition}", fontsize=10, loc="left")
     frame = observed.frames.get(look.captured.frame)
     if frame is None:

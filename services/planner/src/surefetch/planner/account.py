@@ -86,7 +86,7 @@ class Account:
         self.tell(perceived)
 
     def believed(self, reply: BeliefReply, q: str) -> None:
-        """The belief took a look."""
+        """The belief took a look; `q` is its verified viewing condition."""
         counted = tuple(f"{a.track} {a.y}" for a in reply.assigned if a.counted)
         tracks = tuple(
             TrackSummary(
@@ -100,7 +100,10 @@ class Account:
                 q=q, observations=counted, belief=reply.belief, gamma=reply.gamma, q_values=()
             )
         )
-        self.tell(Believed(belief=reply.belief, gamma=reply.gamma, tracks=tracks, counted=counted))
+        believed = Believed(
+            q=q, belief=reply.belief, gamma=reply.gamma, tracks=tracks, counted=counted
+        )
+        self.tell(believed)
 
     def decided(self, decided: Decided) -> None:
         """A decision was taken on the latest belief."""
