@@ -9,7 +9,7 @@ import importlib
 import os
 import sys
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -135,7 +135,7 @@ def serve(argv: list[str]) -> int:
         return 0
     if name not in SERVE:
         raise BadInput(_unknown("service", name, SERVE))
-    return _load(f"serve {name}", SERVE[name])(rest)
+    return load(f"serve {name}", SERVE[name])(rest)
 
 
 def _run(words: list[str]) -> int:
@@ -148,28 +148,62 @@ def _run(words: list[str]) -> int:
         return 0
     if name not in COMMANDS:
         raise BadInput(_unknown("command", name, COMMANDS))
-    return _load(name, COMMANDS[name].function)(rest)
+    return load(name, COMMANDS[name].function)(rest)
 
 
-def _load(command: str, target: str) -> Callable[[list[str]], int]:
-    """The function behind ``package.module:function``. Raises BadInput naming what is missing."""
+def load(
+    command: str, target: str, comes_with: Mapping[str, str] | None = None
+) -> Callable[[list[str]], int]:
+    """The function behind ``package.module:function``.
+
+    Args:
+        command: the words that lead to it, for the error.
+        target: the function.
+        comes_with: by Python package, the distribution to install for it.
+
+    Raises:
+        BadInput: it needs what is not installed here; names it.
+    """
     module, function = target.split(":")
     try:
         found: Callable[[list[str]], int] = getattr(importlib.import_module(module), function)
     except ModuleNotFoundError as error:
         missing = error.name or ""
-        package = ".".join(module.split(".")[:2])
-        if missing == package:
-            distribution = package.replace(".", "-")
-            raise BadInput(
-                f"{command} needs the package {distribution}, which is not installed here."
-            ) from error
-        if missing.startswith("surefetch"):
+        if _is_ours(missing):
             raise
-        raise BadInput(
-            f"{command} needs the Python package {missing}, which is not installed here."
-        ) from error
+        raise BadInput(_not_installed(command, missing, comes_with or {})) from error
     return found
+
+
+def _is_ours(missing: str) -> bool:
+    """Whether the module is missing from a distribution of ours that is here: our own mistake."""
+    distribution = _distribution(missing)
+    if distribution is None or missing.count(".") < 2:
+        return False
+    metadata = importlib.import_module("importlib.metadata")  # slow to import, and seldom needed
+    try:
+        metadata.version(distribution)
+    except ModuleNotFoundError:
+        return False
+    return True
+
+
+def _distribution(module: str) -> str | None:
+    """`surefetch-executor` for `surefetch.executor.robot`; None for a module of others."""
+    ours, *parts = module.split(".")
+    return f"{ours}-{parts[0]}" if ours == "surefetch" and parts else None
+
+
+def _not_installed(command: str, missing: str, comes_with: Mapping[str, str]) -> str:
+    distribution = _distribution(missing)
+    if distribution is not None:
+        return f"{command} needs the package {distribution}, which is not installed here."
+    if missing in comes_with:
+        return (
+            f"{command} needs the Python package {missing}, which is not installed here.\n"
+            f"  It comes with {comes_with[missing]}."
+        )
+    return f"{command} needs the Python package {missing}, which is not installed here."
 
 
 def _unknown(kind: str, name: str, known: Iterable[str]) -> str:

@@ -2,9 +2,9 @@
 
 import sys
 from collections.abc import Callable
-from importlib import import_module
 from typing import Final
 
+from surefetch.common.cli import load
 from surefetch.common.errors import BadInput
 
 COMMANDS: Final[dict[str, tuple[str, str]]] = {
@@ -25,6 +25,9 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "perception": ("seeing.command:main", "the perception table"),
 }
 
+COMES_WITH: Final = {"cv2": "surefetch-evaluation[demo]"}
+"""Python packages of others that a desk without the robot's and perception's packages lacks."""
+
 
 def main(argv: list[str]) -> int:
     """Run one study command. Raises BadInput for an unknown one."""
@@ -38,12 +41,12 @@ def main(argv: list[str]) -> int:
 
 
 def command(word: str) -> Callable[[list[str]], int]:
-    """The function behind a word; imported only when it is asked for."""
-    module, function = COMMANDS[word][0].split(":")
-    found: Callable[[list[str]], int] = getattr(
-        import_module(f"surefetch.evaluation.{module}"), function
-    )
-    return found
+    """The function behind a word; imported only when it is asked for.
+
+    Raises:
+        BadInput: it needs what is not installed here; names it.
+    """
+    return load(f"study {word}", f"surefetch.evaluation.{COMMANDS[word][0]}", COMES_WITH)
 
 
 def _help() -> str:
