@@ -22,6 +22,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "is the scene generator hard enough? five controls tell",
     ),
     "episodes": ("running.study_episodes:main", "closed-loop episodes over the real processes"),
+    "evaluate": ("replaying.command:main", "policies on recorded scenes, with intervals"),
     "perception": ("seeing.command:main", "the perception table"),
 }
 

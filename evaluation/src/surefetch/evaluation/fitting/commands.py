@@ -30,6 +30,7 @@ from surefetch.common.parameters import (
 from surefetch.evaluation.fitting import calibrate, evidence_gain, fit, trials
 from surefetch.evaluation.fitting.believe import fresh_belief
 from surefetch.evaluation.fitting.evidence_switches import SWITCHES, turned_on
+from surefetch.evaluation.fitting.variants import VARIANTS, fresh_variant, remembers
 from surefetch.evaluation.recordings import recording_store, splits
 from surefetch.evaluation.recordings.recording import (
     Recording,
@@ -88,8 +89,9 @@ def main_calibrate(argv: list[str]) -> int:
     """Calibrate fitted parameters on calibration recordings."""
     parser = argparse.ArgumentParser(
         prog="surefetch study calibrate",
-        description="Find the conformal threshold of fitted parameters, along exhaustive-look "
-        "paths of calibration recordings; rewrites FOLDER/PROFILE.json.",
+        description="Find the conformal thresholds of fitted parameters, one for the whole belief "
+        "and one for each ablation that changes it, along exhaustive-look paths of calibration "
+        "recordings; rewrites FOLDER/PROFILE.json.",
         epilog="example: surefetch study calibrate calibration --parameters fitted",
     )
     parser.add_argument("recordings", type=Path, metavar="DIR")
@@ -100,12 +102,13 @@ def main_calibrate(argv: list[str]) -> int:
         path = asked.parameters / f"{profile}.json"
         calibrated = with_threshold(read_parameters(path), asked.recordings, simulated_cell())
         write_parameters(path, calibrated)
-        found = calibrated.calibration()
-        low, high = found.coverage_range
-        print(
-            f"{profile}: q_hat {found.q_hat} from {found.provenance.n_episodes} episodes; "
-            f"true coverage between {low:.3f} and {high:.3f} (5 % to 95 %). Wrote {path}."
-        )
+        for variant, found in calibrated.calibrations.items():
+            low, high = found.coverage_range
+            print(
+                f"{profile}, {variant}: q_hat {found.q_hat} from {found.provenance.n_episodes} "
+                f"episodes; true coverage between {low:.3f} and {high:.3f} (5 % to 95 %)."
+            )
+        print(f"Wrote {path}.")
     return 0
 
 
@@ -170,37 +173,45 @@ def _priors(counts: fit.Counts, attempts: Sequence[trials.Attempt] | None, cell:
 
 
 def with_threshold(parameters: Parameters, folder: Path, cell: Cell) -> Parameters:
-    """The parameters with the threshold that calibration recordings give."""
+    """The parameters with the threshold that calibration recordings give each variant."""
     scenes = recording_store.scenes(folder)
     splits.require("calibration", [seed for _, seed in scenes], "study calibrate")
     used = scenes[: calibrate.episodes_for(parameters.profile, len(scenes))]
-    scores: list[float] = []
+    scores: dict[str, list[float]] = {variant: [] for variant in VARIANTS}
     backend = ""
     for family, seed in track(used, f"scoring {parameters.profile}", transient=True):
         recording = recording_store.load(folder, family, seed)
         truth = recording_store.load_truth(folder, family, seed)
         backend = _one_backend(backend, recording)
         check_origin(parameters, cell=recording.cell, backend=recording.backend)
-        scores.append(calibrate.score(_exhaustive(recording, truth, cell, parameters)))
+        for variant, found in scores.items():
+            looks = _exhaustive(recording, truth, cell, parameters, variant)
+            found.append(calibrate.score(looks))
+    origin = _provenance(cell, backend, "calibration", used, "exhaustive-look paths")
+    made = {variant: _calibration(found, origin) for variant, found in scores.items()}
+    return msgspec.structs.replace(parameters, calibrations=parameters.calibrations | made)
+
+
+def _calibration(scores: Sequence[float], origin: Provenance) -> Calibration:
     found = calibrate.calibrate(scores, ALPHA)
-    calibration = Calibration(
+    return Calibration(
         q_hat="inf" if math.isinf(found.q_hat) else found.q_hat,
         alpha="0.1",
         scores=Scores(smallest=min(scores), median=statistics.median(scores), largest=max(scores)),
         coverage_range=found.true_coverage,
-        provenance=_provenance(cell, backend, "calibration", used, "exhaustive-look paths"),
-    )
-    return msgspec.structs.replace(
-        parameters, calibrations=parameters.calibrations | {FULL: calibration}
+        provenance=origin,
     )
 
 
 def _exhaustive(
-    recording: Recording, truth: RecordingTruth, cell: Cell, parameters: Parameters
+    recording: Recording, truth: RecordingTruth, cell: Cell, parameters: Parameters, variant: str
 ) -> list[Look]:
     path = exhaustive_path(recording.covered, cell)
-    believe = fresh_belief(parameters)
-    return walk(recording, truth, path, cell, believe, profile=parameters.profile)
+    believe = fresh_variant(parameters, variant, math.inf)
+    return walk(
+        recording, truth, path, cell, believe,
+        profile=parameters.profile, remembers=remembers(variant),
+    )  # fmt: skip
 
 
 def _one_backend(earlier: str, recording: Recording) -> str:

@@ -51,8 +51,12 @@ def walk(
     believe: Believe,
     *,
     profile: str,
+    remembers: bool = True,
 ) -> list[Look]:
-    """The first look and one after each action of the path, believed afresh from step 0."""
+    """The first look and one after each action of the path, believed afresh from step 0.
+
+    Where the belief does not remember, a track is gone with the look that showed it.
+    """
     looks: list[Look] = []
     known: frozenset[int] = frozenset()
     target: int | None = None
@@ -63,7 +67,7 @@ def walk(
         update = _update(recording, taken, step, cell, profile)
         reply = believe(update)
         bodies = truth.bodies(state)
-        target = _target_track(reply, bodies, truth.target, target)
+        target = _target_track(reply, bodies, truth.target, target if remembers else None)
         under |= {a.track: bodies.get(a.detection) for a in reply.assigned if a.track is not None}
         new = tuple(t.id for t in reply.tracks if t.id not in known)
         known = frozenset(t.id for t in reply.tracks)

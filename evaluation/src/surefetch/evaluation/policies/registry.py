@@ -1,0 +1,81 @@
+"""Every policy by its name, with the belief that it acts on."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from typing import Final
+
+from surefetch.common.errors import BadInput
+from surefetch.common.parameters import FULL
+from surefetch.evaluation.fitting.variants import FACTORIZED, NO_MEMORY, POOLED_VIEWS
+from surefetch.evaluation.policies.always_defer import AlwaysDefer
+from surefetch.evaluation.policies.by_chance import ByChance
+from surefetch.evaluation.policies.cheapest_first import CheapestFirst
+from surefetch.evaluation.policies.exhaustive_look import ExhaustiveLook
+from surefetch.evaluation.policies.greedy import Greedy
+from surefetch.evaluation.policies.observation import Policy
+from surefetch.evaluation.policies.planned import Planned
+from surefetch.planner.problem import Options
+
+ORACLE: Final = "truth-oracle"
+"""Knows the truth, and so is no policy: `replaying.oracle` plays it."""
+AT_LEAST: Final = 0.5
+"""Belief from which the controls with a threshold grasp; not tuned yet."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """How a policy is made, once for each episode, and on which belief it acts."""
+
+    make: Callable[[], Policy]
+    variant: str = FULL
+
+
+def _planned(**switches: bool) -> Entry:
+    return Entry(partial(Planned, Options(**switches)))
+
+
+POLICIES: Final[dict[str, Entry]] = {
+    "ours": _planned(),
+    "paper-method": _planned(),
+    "a1": Entry(partial(Planned, pooled_views=True), POOLED_VIEWS),
+    "a2": Entry(Planned, NO_MEMORY),
+    "a3": Entry(partial(Planned, Options(factorized=True)), FACTORIZED),
+    "a4": _planned(hypothesis_independent_future=True),
+    "a5": _planned(no_risk=True),
+    "a6": _planned(no_conformal=True),
+    "a7": _planned(no_defer=True),
+    "a8": _planned(no_conformal=True, no_defer=True),
+    "exhaustive-look": Entry(partial(ExhaustiveLook, AT_LEAST)),
+    "cheapest-first": Entry(CheapestFirst),
+    "greedy": Entry(Greedy),
+    "greedy-threshold": Entry(partial(Greedy, AT_LEAST)),
+    "always-defer": Entry(AlwaysDefer),
+    "random": Entry(ByChance),
+}
+
+
+def find(name: str) -> Entry:
+    """The policy of this name, or of the user's own class, ``package.module:Class``.
+
+    Raises:
+        BadInput: there is none; lists those that there are.
+    """
+    if name in POLICIES:
+        return POLICIES[name]
+    module, colon, wanted = name.partition(":")
+    if not colon:
+        known = ", ".join([*POLICIES, ORACLE])
+        raise BadInput(
+            f'there is no policy "{name}".\n  Policies: {known},\n'
+            "  or package.module:Class of your own."
+        )
+    try:
+        made: Callable[[], Policy] = getattr(import_module(module), wanted)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise BadInput(
+            f'the policy "{name}" cannot be imported: {error}.\n'
+            "  Is its package installed, and has the module this class?"
+        ) from None
+    return Entry(made)

@@ -1,0 +1,116 @@
+"""A scripted table, recorded: every state that can be reached, as scripted perception reads it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+from scripted_table import BACKEND, CELL, ScriptedPerception, Table, parameters
+
+from surefetch.common.hypotheses import Relation
+from surefetch.common.messages import FrameId, Observations, Observe, Target
+from surefetch.common.parameters import Parameters
+from surefetch.evaluation.fitting.variants import VARIANTS
+from surefetch.evaluation.recordings import recording_store
+from surefetch.evaluation.recordings.recording import (
+    Recording,
+    RecordingTruth,
+    Shot,
+    ShotTruth,
+    State,
+    states,
+)
+from surefetch.evaluation.scenes.truth import SceneTruth
+
+RED = Target(noun="object", color="red")
+
+
+def numbers(profile: str, q_hat: float = 0.9) -> Parameters:
+    """The script's parameters, with the same threshold for every variant of the belief."""
+    full = parameters(profile, q_hat)
+    calibrations = dict.fromkeys(VARIANTS, full.calibration())
+    return msgspec.structs.replace(full, calibrations=calibrations)
+
+
+def record(
+    table: Table,
+    *,
+    wanted: int | None,
+    target: Target = RED,
+    family: str = "partial",
+    seed: int = 100_000,
+) -> tuple[Recording, RecordingTruth]:
+    """What a recording of this table would hold; `wanted` is the target's place in its things."""
+    reached = states(bool(table.covered), CELL)
+    shots = [_see(table, state, counter) for counter, state in enumerate(reached)]
+    recording = Recording(
+        format=1,
+        family=family,
+        seed=seed,
+        generator_version=1,
+        cell=CELL.name,
+        backend=BACKEND,
+        sentence="the red object",
+        target=target,
+        covered=bool(table.covered),
+        shots=tuple(
+            Shot(state=state, observations=seen)
+            for state, (seen, _) in zip(reached, shots, strict=True)
+        ),
+        durations={},
+    )
+    truth = RecordingTruth(
+        format=1,
+        family=family,
+        seed=seed,
+        target=None if wanted is None else body(wanted),
+        relation=None if wanted is None else _relation(table, wanted),
+        graspable=(),
+        matches={},
+        shots=tuple(
+            ShotTruth(state=state, bodies=bodies)
+            for state, (_, bodies) in zip(reached, shots, strict=True)
+        ),
+    )
+    return recording, truth
+
+
+def save(folder: Path, recording: Recording, truth: RecordingTruth) -> None:
+    """Write a recording as `surefetch study record` would."""
+    scene = SceneTruth(
+        family=recording.family,
+        seed=recording.seed,
+        generator_version=1,
+        attempts=1,
+        rejected={},
+        stratum="",
+        target=truth.target,
+        relation=truth.relation,
+        near_misses=(),
+        twins=(),
+        too_wide=(),
+        sightings=(),
+        evidence={},
+    )
+    recording_store.save(folder, recording, truth, scene)
+
+
+def body(index: int) -> str:
+    """The name of a thing."""
+    return f"body {index}"
+
+
+def _relation(table: Table, index: int) -> Relation:
+    return "inside" if table.things[index].inside else "outside"
+
+
+def _see(table: Table, state: State, counter: int) -> tuple[Observations, dict[str, str | None]]:
+    covered = table.covered if state.cover != "open" else False
+    now = replace(table, covered=covered, frames={counter: state.view})
+    ask = Observe(
+        episode="recorded", step=0, frame=FrameId(boot="partial", counter=counter), target=RED
+    )
+    bodies: dict[str, str | None] = {
+        f"{counter}-{n}": body(table.things.index(seen))
+        for n, seen in enumerate(now.visible(state.view))
+    }
+    return ScriptedPerception(now).observe(ask), bodies

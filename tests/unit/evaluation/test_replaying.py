@@ -1,0 +1,278 @@
+"""A replayed episode is the live one, shares its outcomes, and knows nothing of the truth."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from recorded_table import body, numbers, record, save
+from scripted_table import CELL, Table, scripted_cell, thing, thing_inside
+
+from surefetch.common.cell import InformRow
+from surefetch.common.errors import BadInput
+from surefetch.common.messages import Choice, Defer, Ended, Grasp, Inform
+from surefetch.common.parameters import write_parameters
+from surefetch.evaluation.policies.observation import Observation, Policy
+from surefetch.evaluation.policies.planned import Planned
+from surefetch.evaluation.policies.registry import ORACLE, POLICIES
+from surefetch.evaluation.recordings.recording import Recording, RecordingTruth
+from surefetch.evaluation.replaying import command
+from surefetch.evaluation.replaying.beliefs import Beliefs
+from surefetch.evaluation.replaying.episode import Errand, Played, play
+from surefetch.evaluation.replaying.evaluate import contender, evaluate
+from surefetch.evaluation.replaying.outcomes import Outcomes, Rates
+from surefetch.evaluation.replaying.scene import ready
+from surefetch.evaluation.replaying.world import RecordedWorld
+from surefetch.planner.profiles import PROFILES
+
+NEVER_FAILS = Rates(1.0, 1.0, 1.0)
+RED_AND_BLUE = (thing(0.9, -0.1), thing(0.9, 0.1, "other"))
+UNREAD_FIRST = (thing(0.9, -0.1, center="unread"), thing(0.9, 0.1, "other", center="unread"))
+TABLES = {
+    "one is clear": Table(RED_AND_BLUE),
+    "it must be looked at": Table(UNREAD_FIRST),
+    "nothing fits": Table((thing(0.9, -0.1, "other"), thing(0.9, 0.1, "other"))),
+    "two fit": Table((thing(0.9, -0.1), thing(0.9, 0.1))),
+    "it is under the cover": Table((thing_inside(), thing(0.8, 0.2, "other")), covered=True),
+    "nothing is there": Table(()),
+}
+
+
+@dataclass(frozen=True)
+class ByScript(Outcomes):
+    """Outcomes as a live table's script has them: by action, what becomes of each try."""
+
+    fails: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    def informs(self, row: InformRow, attempt: int) -> bool:
+        return self._works(row.name, attempt)
+
+    def grasps(self, body: str | None, attempt: int) -> bool:
+        return body is not None and self._works("grasp", attempt)
+
+    def _works(self, action: str, attempt: int) -> bool:
+        script = self.fails.get(action, ())
+        return attempt > len(script) or script[attempt - 1] == "done"
+
+
+def replayed(
+    policy: Policy,
+    recorded: tuple[Recording, RecordingTruth],
+    profile: str = "extended",
+    fails: Mapping[str, Sequence[str]] | None = None,
+) -> Played:
+    recording, truth = recorded
+    scene = ready(recording, truth)
+    world = RecordedWorld(scene, ByScript(recording.family, 0, NEVER_FAILS, fails or {}))
+    parameters = numbers(profile)
+    errand = Errand(recording.target, CELL, parameters, PROFILES[profile])
+    beliefs = Beliefs(
+        scene.shots, recording.target.relation, recording.backend, parameters, "full", 0.9
+    )
+    return play(policy, errand, world, beliefs, np.random.default_rng(0))
+
+
+def names(taken: Sequence[Choice]) -> list[str]:
+    return [
+        choice.name if isinstance(choice, Inform) else "grasp"
+        for choice in taken
+        if not isinstance(choice, Defer)
+    ]
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize(
+    "fails", [{}, {"right": ["failed"]}, {"grasp": ["failed"] * 3}, {"remove_cover": ["failed"]}]
+)
+def test_a_replay_takes_the_actions_of_the_live_services(
+    profile: str, name: str, fails: dict[str, list[str]]
+) -> None:
+    table = TABLES[name]
+    live = Table(table.things, covered=table.covered, fails=fails)
+    with scripted_cell(live) as cell:
+        accepted = cell.instruct(profile=profile, after_grasp="hold")
+        ended = cell.events()[-1].happening
+    assert isinstance(ended, Ended)
+    played = replayed(
+        Planned(), record(table, wanted=0 if table.things else None, target=accepted.target),
+        profile, fails,
+    )  # fmt: skip
+    moved = [a.action for a in ended.actions if a.action not in ("look", "put_back")]
+    assert names(played.taken) == moved
+    assert (played.end.outcome, played.end.reason) == (ended.outcome, ended.reason)
+    assert played.end.track == ended.track
+
+
+@pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.parametrize("of", TABLES)
+def test_no_action_changes_when_the_truth_is_poisoned(name: str, of: str) -> None:
+    table = TABLES[of]
+    recording, truth = record(table, wanted=0 if table.things else None)
+    other = msgspec.structs.replace(
+        truth,
+        target=body(1) if truth.target is None else None,
+        relation="inside" if truth.target is None else None,
+        shots=tuple(
+            msgspec.structs.replace(shot, bodies=_permuted(shot.bodies)) for shot in truth.shots
+        ),
+    )
+    make = POLICIES[name].make
+    told = replayed(make(), (recording, truth))
+    assert told.taken == replayed(make(), (recording, other)).taken
+
+
+def _permuted(bodies: dict[str, str | None]) -> dict[str, str | None]:
+    return dict(zip(bodies, reversed(bodies.values()), strict=True))
+
+
+class Spy:
+    """Keeps what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[Observation] = []
+
+    def act(self, now: Observation) -> Choice:
+        self.told.append(now)
+        return Inform(name=now.informs[0].name) if now.informs else Defer()
+
+
+def test_a_policy_is_not_told_the_family_the_seed_or_a_body() -> None:
+    spy = Spy()
+    replayed(spy, record(TABLES["it must be looked at"], wanted=0, seed=123_456))
+    assert len(spy.told) == 3
+    for now in spy.told:
+        told = repr((now.target, now.believed, now.feasibility, now.used, now.cover))
+        assert not any(secret in told for secret in ("partial", "123456", "body"))
+
+
+def test_the_first_try_comes_out_the_same_whenever_it_is_made() -> None:
+    tables = [
+        record(TABLES["one is clear"], wanted=0, seed=seed) for seed in range(100_000, 100_200)
+    ]
+    parameters = {profile: numbers(profile) for profile in PROFILES}
+    contenders = [
+        contender(name, "paper", parameters) for name in ("greedy", "exhaustive-look", ORACLE)
+    ]
+    scored = evaluate(tables, contenders, CELL, Rates(view=1.0, grasp=0.5)).scored
+    ends = [[episode.verdict for episode in scored[c.name]] for c in contenders]
+    assert ends[0] == ends[1] == ends[2]
+    assert 60 < ends[0].count("grasp_failed") < 140
+
+
+@pytest.mark.parametrize(("rate", "low", "high"), [(0.0, 0, 0), (0.9, 420, 480), (1.0, 500, 500)])
+def test_outcomes_come_at_their_rate(rate: float, low: int, high: int) -> None:
+    drawn = [Outcomes("partial", seed, Rates(grasp=rate)).grasps("b", 1) for seed in range(500)]
+    assert low <= sum(drawn) <= high
+
+
+def test_where_no_body_is_nothing_is_grasped() -> None:
+    assert not Outcomes("partial", 1, NEVER_FAILS).grasps(None, 1)
+
+
+def test_what_was_not_recorded_ends_the_episode_and_is_counted() -> None:
+    recording, truth = record(TABLES["it must be looked at"], wanted=0)
+    short = msgspec.structs.replace(recording, shots=recording.shots[:1])
+    one = contender("ours", "extended", {profile: numbers(profile) for profile in PROFILES})
+    results = evaluate([(short, truth)], [one], CELL, NEVER_FAILS)
+    assert [episode.verdict for episode in results.scored["ours"]] == ["aborted"]
+    assert "partial:100000 was recorded without the view" in results.left_recording["ours"][0]
+
+
+def test_a_cover_that_only_perception_sees_leads_out_of_the_recording() -> None:
+    recording, truth = record(TABLES["it is under the cover"], wanted=0)
+    wrong = msgspec.structs.replace(recording, covered=False)
+    shots = [
+        msgspec.structs.replace(s, state=msgspec.structs.replace(s.state, cover="none"))
+        for s in recording.shots[:1]
+    ]
+    wrong = msgspec.structs.replace(wrong, shots=tuple(shots))
+    truths = [
+        msgspec.structs.replace(s, state=msgspec.structs.replace(s.state, cover="none"))
+        for s in truth.shots[:1]
+    ]
+    one = contender("exhaustive-look", "paper", {p: numbers(p) for p in PROFILES})
+    results = evaluate(
+        [(wrong, msgspec.structs.replace(truth, shots=tuple(truths)))], [one], CELL, NEVER_FAILS
+    )
+    assert "where no cover is on" in results.left_recording["exhaustive-look"][0]
+
+
+class Careless:
+    """Grasps a track that does not exist."""
+
+    def act(self, _: Observation) -> Choice:
+        return Grasp(track=99, relation="inside")
+
+
+def test_an_action_that_is_not_open_is_refused() -> None:
+    with pytest.raises(BadInput, match="not open to it"):
+        replayed(Careless(), record(TABLES["one is clear"], wanted=0))
+
+
+def test_an_episode_ends_at_the_profile_s_last_action() -> None:
+    fails = {"right": ["failed"] * 9, "close_high": ["failed"] * 9}
+    played = replayed(Planned(), record(TABLES["it must be looked at"], wanted=0), fails=fails)
+    assert (played.end.outcome, played.end.reason) == ("failed", "view_failed")
+    assert names(played.taken) == ["right"] * 3 + ["close_high"] * 3
+
+
+def test_the_oracle_opens_only_for_what_is_under_the_cover() -> None:
+    parameters = {profile: numbers(profile) for profile in PROFILES}
+    covered = TABLES["it is under the cover"]
+    scenes = [record(covered, wanted=w, seed=100_000 + n) for n, w in enumerate((0, 1, None))]
+    one = contender(ORACLE, "extended", parameters)
+    episodes = evaluate(scenes, [one], CELL, NEVER_FAILS).scored[ORACLE]
+    assert [e.verdict for e in episodes] == ["success"] * 3
+    assert [e.actions for e in episodes] == [2, 1, 0]
+    assert episodes[0].cost == pytest.approx(0.168)
+
+
+def test_an_uncalibrated_belief_is_refused_with_the_command() -> None:
+    full = {"full": numbers("extended").calibration()}
+    parameters = {p: msgspec.structs.replace(numbers(p), calibrations=full) for p in PROFILES}
+    with pytest.raises(BadInput, match="surefetch study calibrate"):
+        contender("a1", "extended", parameters)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for profile in PROFILES:
+        write_parameters(tmp_path / f"{profile}.json", numbers(profile))
+    for n, table in enumerate(TABLES.values()):
+        wanted = 0 if table.things else None
+        recording, truth = record(table, wanted=wanted, seed=n)
+        save(tmp_path / "recordings", recording, truth)
+    return tmp_path
+
+
+def test_the_command_prints_the_json_of_the_specification(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--recordings", str(folder / "recordings"), "--parameters", str(folder)]
+    assert command.main([*words, "--policies", "ours,always-defer", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert list(told) == ["policies"]
+    assert list(told["policies"]) == ["ours", "always-defer"]
+    row = told["policies"]["always-defer"]["families"]["partial"]
+    assert set(row) == {"episodes", "successes", "wilson_95", "wrong_object", "false_defers"}
+    assert (row["episodes"], row["successes"], row["false_defers"]) == (6, 1, 5)
+
+
+def test_the_command_prints_tables_and_what_they_assume(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--recordings", str(folder / "recordings"), "--parameters", str(folder)]
+    assert command.main([*words, "--policies", "paper-method,a8,random,truth-oracle"]) == 0
+    told = capsys.readouterr().out
+    assert "paper-method" in told
+    assert "realised cost" in told
+    assert "feasible" in told
+
+
+def test_recordings_of_another_perception_are_refused(folder: Path) -> None:
+    with pytest.raises(BadInput, match="Fit new ones"):
+        command.main(["--recordings", str(folder / "recordings"), "--policies", "ours"])
