@@ -7,7 +7,14 @@ import pytest
 from recorded_table import numbers, record, save
 from scripted_table import CELL, Table, thing
 
-from surefetch.common.parameters import FULL, Parameters, read_parameters, write_parameters
+from surefetch.common.parameters import (
+    FULL,
+    PROFILES,
+    Parameters,
+    read_parameters,
+    shipped_parameters,
+    write_parameters,
+)
 from surefetch.evaluation.fitting import commands
 from surefetch.evaluation.fitting.variants import (
     FACTORIZED,
@@ -88,3 +95,11 @@ def test_every_variant_is_calibrated_on_its_own_belief(tmp_path: Path) -> None:
         worst = max(1.0 - look.reply.belief[look.truth] for look in looks)
         assert made[variant].threshold == worst
     assert len({made[variant].threshold for variant in VARIANTS}) == len(VARIANTS)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_what_ships_is_calibrated_for_every_variant(profile: str) -> None:
+    shipped = shipped_parameters(profile)
+    assert set(shipped.calibrations) == set(VARIANTS)
+    full = shipped.calibration().provenance
+    assert all(one.provenance == full for one in shipped.calibrations.values())
