@@ -54,11 +54,9 @@ def test_questions_are_answered_by_the_work_loop_in_the_main_thread(tiny: Tiny) 
 
 
 def test_a_concurrent_question_is_answered_while_the_work_loop_is_busy(tiny: Tiny) -> None:
-    first = ask_meanwhile(tiny, "sleep 1.5")
-    start_s = time.monotonic()
-    tiny.bus.ask(CANCEL, Cancel(episode="e7"), timeout_s=1.0)
-    status = tiny.bus.ask(STATUS[PLANNER], Empty(), timeout_s=1.0)
-    assert time.monotonic() - start_s < 1.0
+    first = ask_meanwhile(tiny, "sleep 4")
+    tiny.bus.ask(CANCEL, Cancel(episode="e7"), timeout_s=2.0)
+    status = tiny.bus.ask(STATUS[PLANNER], Empty(), timeout_s=2.0)
     assert first.empty()
     assert status.doing == "missed  cancelled e7"
     assert status.pid == tiny.process.pid
@@ -68,10 +66,10 @@ def test_a_concurrent_question_is_answered_while_the_work_loop_is_busy(tiny: Tin
 
 def test_a_reply_leaves_before_the_work_that_it_announces(tiny: Tiny) -> None:
     start_s = time.monotonic()
-    tiny.instruct("later 0.8")
-    assert time.monotonic() - start_s < 0.5
+    tiny.instruct("later 3")
+    assert time.monotonic() - start_s < 2.0
     tiny.instruct("answer")
-    assert time.monotonic() - start_s > 0.7
+    assert time.monotonic() - start_s > 2.9
 
 
 def test_a_refusal_reaches_the_asker_and_the_service_serves_on(tiny: Tiny) -> None:
@@ -98,12 +96,12 @@ def test_an_unexpected_error_ends_the_process(tiny: Tiny, where: str) -> None:
     assert "ValueError: crashed on purpose" in tiny.process.stderr.read()
 
 
-def test_a_killed_service_is_missed_in_well_under_a_second(tiny: Tiny) -> None:
+def test_a_killed_service_is_missed_long_before_its_answer_was_due(tiny: Tiny) -> None:
     asked = ask_meanwhile(tiny, "sleep 20")
     start_s = time.monotonic()
     tiny.process.kill()
     error = asked.get(timeout=5.0)
-    assert time.monotonic() - start_s < 0.5
+    assert time.monotonic() - start_s < 2.0
     assert isinstance(error, PeerMissing)
     assert error.service == PLANNER
 
@@ -122,27 +120,29 @@ def test_a_service_is_told_when_another_one_is_gone(tiny: Tiny) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_ends_an_idle_service_at_once(tiny: Tiny, number: signal.Signals) -> None:
-    start_s = time.monotonic()
-    tiny.process.send_signal(number)
-    assert tiny.exit_status() == 0
-    assert time.monotonic() - start_s < 0.7
+def test_a_signal_ends_an_idle_service_at_once(number: signal.Signals) -> None:
+    with tiny_service("--ends-gently") as tiny:  # given up after 3 s
+        start_s = time.monotonic()
+        tiny.process.send_signal(number)
+        assert tiny.exit_status() == 0
+        assert time.monotonic() - start_s < 2.0
 
 
-def test_a_signal_that_another_thread_gets_ends_the_service_all_the_same(tiny: Tiny) -> None:
+def test_a_signal_that_another_thread_gets_ends_the_service_all_the_same() -> None:
     """The kernel may give it to any thread; Python runs the handler in the main one alone."""
-    start_s = time.monotonic()
-    tiny.bus.ask(CANCEL, Cancel(episode="signal"), timeout_s=2.0)
-    assert tiny.exit_status() == 0
-    assert time.monotonic() - start_s < 1.0
+    with tiny_service("--ends-gently") as tiny:  # given up after 3 s
+        start_s = time.monotonic()
+        tiny.bus.ask(CANCEL, Cancel(episode="signal"), timeout_s=2.0)
+        assert tiny.exit_status() == 0
+        assert time.monotonic() - start_s < 2.0
 
 
-def test_a_signal_ends_a_busy_service_within_a_second_or_so(tiny: Tiny) -> None:
+def test_a_signal_ends_a_busy_service_long_before_its_work_is_done(tiny: Tiny) -> None:
     ask_meanwhile(tiny, "sleep 20")
     start_s = time.monotonic()
     tiny.process.terminate()
     assert tiny.exit_status() == 0
-    assert time.monotonic() - start_s < 1.5
+    assert time.monotonic() - start_s < 3.0
 
 
 def test_a_service_that_ends_gently_is_given_the_time() -> None:

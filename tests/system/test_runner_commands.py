@@ -133,7 +133,7 @@ def test_the_help_is_there_at_once_with_an_example_for_every_command() -> None:
         start_s = time.monotonic()
         done = subprocess.run([program, "--help"], capture_output=True, text=True, check=True)
         took_s.append(time.monotonic() - start_s)
-    assert min(took_s) < 0.4
+    assert min(took_s) < 1.0
     for (
         command
     ) in "run serve stop status watch doctor view replay perceive filter solve study".split():
