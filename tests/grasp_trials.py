@@ -13,6 +13,7 @@ from typing import TypeVar
 import numpy as np
 from grasp_scenes import Trial
 
+from surefetch.common import mask
 from surefetch.common.cell import simulated_cell
 from surefetch.common.local_bus import LocalBus, LocalCell
 from surefetch.common.messages import (
@@ -39,7 +40,6 @@ from surefetch.executor.simulation.pybullet_cell import PybulletCell
 from surefetch.executor.simulation.pybullet_devices import pybullet_devices
 from surefetch.executor.simulation.scorer_questions import Simulation
 from surefetch.executor.skills.situation import Workcell
-from surefetch.perception import mask
 from surefetch.perception.classical import classical_backend
 from surefetch.perception.frame_geometry import LatestGeometry
 from surefetch.perception.observe import observe

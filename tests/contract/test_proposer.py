@@ -7,10 +7,10 @@ import pytest
 from rendered import Shot, shoot
 from tabletop import BLUE, body, box, scene
 
+from surefetch.common.mask import box_iou, box_of
 from surefetch.common.messages import Target
 from surefetch.perception.classical import classical_backend
 from surefetch.perception.frame_geometry import LatestGeometry
-from surefetch.perception.mask import box_iou, box_of
 from surefetch.perception.ports import Proposer
 
 

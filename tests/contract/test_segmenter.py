@@ -7,9 +7,9 @@ import pytest
 from rendered import Shot, shoot
 from tabletop import body, box, scene
 
+from surefetch.common.mask import box_of, iou
 from surefetch.perception.classical import classical_backend
 from surefetch.perception.frame_geometry import LatestGeometry
-from surefetch.perception.mask import box_of, iou
 from surefetch.perception.ports import Segmenter
 
 

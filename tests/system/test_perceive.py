@@ -13,8 +13,8 @@ from rendered import Shot, shoot
 from tabletop import body, box, scene
 
 from surefetch.common import cli
+from surefetch.common.mask import box_iou, box_of
 from surefetch.common.rgbd_folder import RgbdFrame, write_frame
-from surefetch.perception.mask import box_iou, box_of
 
 SENTENCE = "the red cube inside the box"
 

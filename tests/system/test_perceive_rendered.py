@@ -7,9 +7,9 @@ from rendered import Shot, perceive, shoot
 from tabletop import WHITE, body, box, scene
 
 from surefetch.common.geometry import Array, look_at
+from surefetch.common.mask import iou
 from surefetch.common.messages import Body, Marking, Rgb, Scene, Screen, Target
 from surefetch.perception.candidate import Candidate
-from surefetch.perception.mask import iou
 from surefetch.perception.observe import Perceived
 from surefetch.perception.reply import container_reading, cover
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from surefetch.common.geometry import Array, intrinsics, look_at
+from surefetch.common.mask import Bits
 from surefetch.common.rgbd_folder import RgbdFrame
 from surefetch.perception.answers import boxes, faces
 from surefetch.perception.answers.boxes import cube_or_block
 from surefetch.perception.answers.see_through import Window, rays_of
-from surefetch.perception.mask import Bits
 from surefetch.perception.solids import Solid
 from surefetch.perception.surface import Surface, lift
 

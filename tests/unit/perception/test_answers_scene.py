@@ -8,6 +8,7 @@ import pytest
 from rendered import Shot, perceive, shoot
 from tabletop import BLUE, RED, WHITE, body, scene
 
+from surefetch.common.mask import iou
 from surefetch.common.messages import Answers, Body, Marking, Scene, Screen, Shape, Target
 from surefetch.perception.answers.color import COLORS
 from surefetch.perception.answers.marking import MARKINGS
@@ -15,7 +16,6 @@ from surefetch.perception.answers.scorer import ClassicalScorer
 from surefetch.perception.answers.shape import SOLIDS
 from surefetch.perception.candidate import SceneView
 from surefetch.perception.classical import VOCABULARY
-from surefetch.perception.mask import iou
 
 BLACK, DARK, LIGHT = (0.10, 0.10, 0.12), (0.07, 0.07, 0.08), (0.93, 0.93, 0.91)
 ORANGE, PURPLE = (0.92, 0.45, 0.09), (0.40, 0.22, 0.58)

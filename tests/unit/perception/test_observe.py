@@ -7,13 +7,13 @@ import pytest
 from rendered import ANYTHING, Shot, shoot
 from tabletop import body, box, scene
 
+from surefetch.common.mask import Bits, box_of
 from surefetch.common.messages import Answers, FrameId, Target
 from surefetch.common.rgbd_folder import RgbdFrame
 from surefetch.perception.answers.scorer import ClassicalScorer
 from surefetch.perception.candidate import Candidate, SceneView
 from surefetch.perception.classical import VOCABULARY
 from surefetch.perception.frame_geometry import LatestGeometry
-from surefetch.perception.mask import Bits, box_of
 from surefetch.perception.observe import Perceived, observe
 from surefetch.perception.ports import Backend, BoxPx, Proposal, Proposals
 from surefetch.perception.reply import reply

@@ -5,7 +5,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from surefetch.perception.mask import Bits, iou
+from surefetch.common.mask import Bits, iou
 from surefetch.perception.silhouette import notched_share, split
 from surefetch.perception.surface import Floats
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefetch.common.hypotheses import ABS, UNOBS, Relation, tracked
+from surefetch.common.mask import decode
 from surefetch.common.messages import (
     Acted,
     BeliefReply,
@@ -17,7 +18,6 @@ from surefetch.common.messages import (
     Event,
 )
 from surefetch.evaluation.running.metrics import Verdict
-from surefetch.evaluation.showing import pictures
 
 Cause = Literal["perception", "association", "belief", "planning", "execution", "infrastructure"]
 NO_BODY: Final = -1
@@ -71,7 +71,7 @@ def bodies_under(
     detections: Sequence[Detection], segmentation: NDArray[np.int16], names: Sequence[str]
 ) -> dict[str, str | None]:
     """The body under each detection, by the majority of its mask; None: no body."""
-    return {d.id: _majority(segmentation[pictures.bits(d.mask)], names) for d in detections}
+    return {d.id: _majority(segmentation[decode(d.mask)], names) for d in detections}
 
 
 def _majority(pixels: NDArray[np.int16], names: Sequence[str]) -> str | None:

@@ -6,9 +6,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from surefetch.common.messages import Detection, Mask, TrackSummary
+from surefetch.common.mask import Bits
+from surefetch.common.messages import Detection, TrackSummary
 
-Bits = NDArray[np.bool_]
 Rgb8 = tuple[int, int, int]
 
 PALETTE: Final[tuple[Rgb8, ...]] = (
@@ -32,13 +32,6 @@ SAME_CENTER_M: Final = 1e-6
 def track_color(track: int) -> Rgb8:
     """The colour of a track in every picture."""
     return PALETTE[(track - 1) % len(PALETTE)]
-
-
-def bits(mask: Mask) -> Bits:
-    """The binary image (h, w) of column-major run lengths, background first."""
-    values = np.arange(len(mask.counts)) % 2 == 1
-    flat = np.repeat(values, np.asarray(mask.counts, dtype=np.int64))
-    return np.ascontiguousarray(flat.reshape(mask.width, mask.height).T)
 
 
 def track_of(detection: Detection, tracks: Sequence[TrackSummary]) -> TrackSummary | None:

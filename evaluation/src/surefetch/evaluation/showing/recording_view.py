@@ -12,6 +12,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from surefetch.common.geometry import Array, deproject, transform
+from surefetch.common.mask import decode
 from surefetch.common.messages import (
     Accepted,
     Acted,
@@ -206,7 +207,7 @@ class EpisodeView:
             track = pictures.track_of(detection, believed.tracks)
             if track is None or not detection.representative:
                 continue
-            bits = pictures.bits(detection.mask)
+            bits = decode(detection.mask)
             masks = np.zeros(bits.shape, np.uint8) if masks is None else masks
             masks[bits] = track.id % CONTAINER_CLASS
             label = f"T{track.id} {answers.get(str(track.id), '')}".strip()
@@ -277,7 +278,7 @@ def _classes() -> rr.AnnotationContext:
 
 
 def _class_image(container: ContainerReading) -> Any:
-    return pictures.bits(container.mask).astype(np.uint8) * CONTAINER_CLASS
+    return decode(container.mask).astype(np.uint8) * CONTAINER_CLASS
 
 
 def _container(container: ContainerReading | None) -> rr.Boxes3D:

@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from surefetch.common.hypotheses import ABS, RELATIONS, parse_tracked, tracked
+from surefetch.common.mask import decode
 from surefetch.common.messages import Believed, Choice, Decided, Defer, Grasp, Inform
 from surefetch.evaluation.showing import pictures, words
 from surefetch.evaluation.showing.observed import Observed, Step, steps
@@ -136,13 +137,13 @@ def _view(axes: Any, observed: Observed, look: Step, column: int) -> None:
     tracks = look.believed.tracks if look.believed else ()
     answers = dict(c.split(" ", 1) for c in look.believed.counted) if look.believed else {}
     if seen is not None and seen.container is not None:
-        image = pictures.paint(image, pictures.bits(seen.container.mask), (120, 120, 120), 0.0)
+        image = pictures.paint(image, decode(seen.container.mask), (120, 120, 120), 0.0)
     for detection in seen.detections if seen is not None else ():
         track = pictures.track_of(detection, tracks)
         if not detection.representative or track is None:
             continue
         color = pictures.track_color(track.id)
-        image = pictures.paint(image, pictures.bits(detection.mask), color, 0.35)
+        image = pictures.paint(image, decode(detection.mask), color, 0.35)
         answer = answers.get(str(track.id), "")
         text = f"T{track.id} {TAGS.get(answer, answer)}".strip()
         x0, y0, x1, _ = detection.box_px

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from surefetch.common import mask
 from surefetch.common.messages import Detection, Observations
-from surefetch.perception import mask
 
 PALETTE: Final = (
     (0, 114, 178),

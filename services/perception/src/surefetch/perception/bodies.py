@@ -5,9 +5,9 @@ from typing import Final
 import cv2
 import numpy as np
 
+from surefetch.common.mask import Bits
 from surefetch.perception.foreground import Foreground, Labels, sharpened
 from surefetch.perception.fragments import merged
-from surefetch.perception.mask import Bits
 from surefetch.perception.silhouette import split
 from surefetch.perception.surface import Floats, Surface
 

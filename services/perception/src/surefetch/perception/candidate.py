@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from surefetch.common.geometry import Array
+from surefetch.common.mask import Bits
 from surefetch.common.messages import Box3d
 from surefetch.perception.container import Container
-from surefetch.perception.mask import Bits
 from surefetch.perception.solids import Kind, Solid
 from surefetch.perception.surface import Floats, Surface
 

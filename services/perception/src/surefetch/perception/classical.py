@@ -6,13 +6,13 @@ from typing import Final
 
 import numpy as np
 
+from surefetch.common.mask import Bits, box_iou, box_of
 from surefetch.common.messages import Target, Vocabulary
 from surefetch.common.rgbd_folder import RgbdFrame
 from surefetch.perception import bodies, likeness, screens
 from surefetch.perception.answers.scorer import ClassicalScorer
 from surefetch.perception.frame_geometry import Geometry, LatestGeometry
 from surefetch.perception.lifting import Lifted
-from surefetch.perception.mask import Bits, box_iou, box_of
 from surefetch.perception.ports import Backend, BoxPx, Proposal, Proposals
 
 VOCABULARY: Final = Vocabulary(

@@ -10,9 +10,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from surefetch.common.mask import Bits
 from surefetch.common.messages import Box3d, CoverState
 from surefetch.perception.lid import Plate, measured
-from surefetch.perception.mask import Bits
 from surefetch.perception.rectangle import CELL_M, Rectangle, find_outline, find_plates
 from surefetch.perception.rim import DEFAULT_FLOOR_M, LEVEL_TOLERANCE_M, floor_height, walls
 from surefetch.perception.surface import Floats, Surface

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from surefetch.common.mask import Bits
 from surefetch.perception.container import Container
-from surefetch.perception.mask import Bits
 from surefetch.perception.surface import Surface
 
 Labels = NDArray[np.int32]

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 
 from surefetch.common.likeness import hellinger
+from surefetch.common.mask import Bits, window
 from surefetch.perception.histogram import histogram
-from surefetch.perception.mask import Bits, window
 from surefetch.perception.silhouette import hull_of, seen_through
 from surefetch.perception.surface import Surface
 

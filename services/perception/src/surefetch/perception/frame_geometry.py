@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from surefetch.common.errors import BadInput
+from surefetch.common.mask import Bits
 from surefetch.common.rgbd_folder import RgbdFrame
 from surefetch.perception import container as containers
 from surefetch.perception import foreground as foregrounds
@@ -11,7 +12,6 @@ from surefetch.perception import surface as surfaces
 from surefetch.perception.container import Container
 from surefetch.perception.foreground import Foreground
 from surefetch.perception.lifting import Lifted, lift
-from surefetch.perception.mask import Bits
 from surefetch.perception.surface import Surface
 
 

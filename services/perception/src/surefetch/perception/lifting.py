@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefetch.common.geometry import Array, inverse, project, transform
+from surefetch.common.mask import Bits, box_of
 from surefetch.common.messages import Box3d
 from surefetch.perception import solids
 from surefetch.perception.candidate import Candidate
 from surefetch.perception.container import Container
 from surefetch.perception.histogram import histogram
-from surefetch.perception.mask import Bits, box_of
 from surefetch.perception.outline import Outline, outline_of
 from surefetch.perception.ports import Proposal
 from surefetch.perception.solids import Kind, Seen, Solid, View

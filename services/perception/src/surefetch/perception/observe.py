@@ -8,13 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from surefetch.common import mask
+from surefetch.common.mask import Bits
 from surefetch.common.messages import Answers, Target
 from surefetch.common.rgbd_folder import RgbdFrame
-from surefetch.perception import mask, obstacles
+from surefetch.perception import obstacles
 from surefetch.perception.candidate import Candidate, SceneView
 from surefetch.perception.frame_geometry import LatestGeometry
 from surefetch.perception.lifting import candidate_of
-from surefetch.perception.mask import Bits
 from surefetch.perception.obstacles import Obstacles
 from surefetch.perception.ports import Backend, Proposal
 

@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 
 from surefetch.common.geometry import Array
+from surefetch.common.mask import Bits
 from surefetch.common.messages import Box3d
 from surefetch.perception import plates
 from surefetch.perception.candidate import SceneView
 from surefetch.perception.foreground import FAR_M, Foreground
-from surefetch.perception.mask import Bits
 from surefetch.perception.surface import Floats, Surface
 
 MIN_PX: Final = 60

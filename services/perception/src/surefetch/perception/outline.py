@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from surefetch.common.geometry import Array
-from surefetch.perception.mask import Bits, box_of
+from surefetch.common.mask import Bits, box_of
 from surefetch.perception.surface import Floats, Surface
 
 NEARER_M: Final = 0.015

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from surefetch.common.mask import Bits
 from surefetch.common.messages import Answers, Target, Vocabulary
 from surefetch.common.rgbd_folder import RgbdFrame
 from surefetch.perception.candidate import Candidate, SceneView
-from surefetch.perception.mask import Bits
 
 BoxPx = tuple[float, float, float, float]
 """x0, y0, x1, y1 in pixels, the far edges exclusive"""

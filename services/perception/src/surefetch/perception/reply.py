@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from surefetch.common import mask
+from surefetch.common.mask import Bits
 from surefetch.common.messages import (
     Answers,
     Box3d,
@@ -12,10 +14,8 @@ from surefetch.common.messages import (
     Observations,
 )
 from surefetch.common.messages import Lid as LidReading
-from surefetch.perception import mask
 from surefetch.perception.candidate import Candidate, SceneView
 from surefetch.perception.container import Container, Lid
-from surefetch.perception.mask import Bits
 from surefetch.perception.observe import Perceived
 from surefetch.perception.rectangle import Rectangle
 

@@ -5,10 +5,10 @@ from typing import Final
 import numpy as np
 
 from surefetch.common.geometry import Array
+from surefetch.common.mask import Bits
 from surefetch.perception import plates
 from surefetch.perception.container import Container
 from surefetch.perception.histogram import hsv_of
-from surefetch.perception.mask import Bits
 from surefetch.perception.surface import Surface
 
 MAX_SATURATION: Final = 0.16

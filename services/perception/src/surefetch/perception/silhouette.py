@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from surefetch.perception.mask import Bits, window
+from surefetch.common.mask import Bits, window
 from surefetch.perception.surface import Floats
 
 BEHIND_M: Final = 0.008

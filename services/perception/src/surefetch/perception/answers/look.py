@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefetch.common.geometry import Array
+from surefetch.common.mask import Bits
 from surefetch.perception.answers import boxes, faces, patches, patterns
 from surefetch.perception.answers.faces import Bools, Surfaces
 from surefetch.perception.answers.patterns import Explanation
 from surefetch.perception.answers.see_through import Window, rays_of
 from surefetch.perception.answers.tones import Tones, tones_of
 from surefetch.perception.candidate import Candidate
-from surefetch.perception.mask import Bits
 from surefetch.perception.solids import Solid
 from surefetch.perception.surface import Surface
 

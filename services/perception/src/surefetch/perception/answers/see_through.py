@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefetch.common.geometry import Array
+from surefetch.common.mask import Bits, box_of
 from surefetch.perception.answers import faces
-from surefetch.perception.mask import Bits, box_of
 from surefetch.perception.solids import Solid
 from surefetch.perception.surface import Surface
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from pycocotools import mask as coco
 
+from surefetch.common import mask
+from surefetch.common.mask import Bits
 from surefetch.common.messages import Mask
-from surefetch.perception import mask
-from surefetch.perception.mask import Bits
 
 SHAPES = st.tuples(st.integers(1, 12), st.integers(1, 12))
 
