@@ -21,6 +21,7 @@ from surefetch.common.errors import BadInput
 from surefetch.common.hypotheses import ASKED
 from surefetch.common.parameters import (
     BeliefPriors,
+    BirthCounts,
     Parameters,
     parse_parameters,
     read_parameters,
@@ -105,3 +106,13 @@ def test_damaged_tables_are_refused_with_what_is_wrong(content: bytes, said: str
     with pytest.raises(BadInput, match=said) as refused:
         parse_parameters(content, "own.json")
     assert "own.json" in str(refused.value)
+
+
+def test_the_chance_that_a_target_appears_is_asked_by_look_and_is_none_where_it_is_off() -> None:
+    counts = BirthCounts(appeared=(0, 5, 2), stayed=(2, 1, 0), elsewhere=(9, 3, 0))
+    off = parameters("extended")
+    on = replace(off, births={"right": {"open": counts}})
+    assert on.p_appears("right") == pytest.approx(8 / 12)
+    assert on.p_appears("right", covered=True) == on.p_appears("center") == 0.0
+    assert off.p_appears("right") == 0.0
+    assert off.commit_at_least == 0.0

@@ -12,7 +12,7 @@ from typing import Annotated, Final, Literal
 
 import msgspec
 
-from surefetch.common.answer_tables import AnswerTables, ParameterValue, Probability
+from surefetch.common.answer_tables import AnswerTables, Count, ParameterValue, Probability
 from surefetch.common.emission import Emission
 from surefetch.common.errors import BadInput
 from surefetch.common.hypotheses import ASKED, CLASSES, OBSERVATIONS, RELATIONS, AskedRelation
@@ -30,6 +30,7 @@ CountRow = Annotated[
     tuple[Annotated[int, msgspec.Meta(ge=0)], ...],
     msgspec.Meta(min_length=len(OBSERVATIONS), max_length=len(OBSERVATIONS)),
 ]
+CoverKey = Literal["open", "covered"]
 CountTable = dict[str, dict[str, CountRow]]
 """N(q, c, y) as ``[q][class]``."""
 PairedTable = dict[str, CountTable]
@@ -63,6 +64,23 @@ class BeliefPriors(ParameterValue, frozen=True):
     """b0 of all tracks together."""
     birth: Probability
     """β_birth, the share of unobs that new tracks take."""
+
+
+class BirthCounts(ParameterValue, frozen=True):
+    """What became of a target that had no track before a look, by how many new tracks it gave."""
+
+    appeared: tuple[Count, Count, Count]
+    """One of no, one, more new tracks is the target's."""
+    stayed: tuple[Count, Count, Count]
+    """The target still has none."""
+    elsewhere: tuple[Count, Count, Count]
+    """The target had a track before, or there is none."""
+
+    @property
+    def p_appears(self) -> float:
+        """d: chance that the look gives the target its first track, add-one smoothed."""
+        appeared, stayed = sum(self.appeared), sum(self.stayed)
+        return (appeared + 1.0) / (appeared + stayed + 2.0)
 
 
 class Priors(BeliefPriors, frozen=True):
@@ -114,6 +132,11 @@ class Parameters(ParameterValue, frozen=True):
     """The four answers as evidence of their own, in the place of `emissions`; null: off."""
     tempering: Annotated[float, msgspec.Meta(ge=0.0)] = PAPER_TEMPERING
     """γ: the n-th observation of a track counts with exponent n^-γ."""
+    births: dict[str, dict[CoverKey, BirthCounts]] | None = None
+    """Evidence from not seeing, ``[q][cover state at the look]``, in the place of `birth`;
+    null: off."""
+    commit_at_least: Probability = 0.0
+    """Least belief in a hypothesis at which its object may be grasped."""
     format: Literal[1] = FORMAT
 
     def emission(self, *, pooled_views: bool = False) -> Emission:
@@ -123,6 +146,20 @@ class Parameters(ParameterValue, frozen=True):
     def belief_priors(self, asked: AskedRelation) -> BeliefPriors:
         """What is believed before any answer when this relation is asked for."""
         return self.priors if self.asked_prior is None else self.asked_prior[asked]
+
+    def p_appears(self, q: str, *, covered: bool = False) -> float:
+        """Chance that a look gives the target its first track, while it has none.
+
+        Args:
+            q: the viewing condition of the look: of an information action, its `q`.
+            covered: whether the container is covered when the look is taken; after a removal
+                it is not.
+
+        Returns:
+            0.0 where evidence from not seeing is off, or was never fitted for this look.
+        """
+        counts = (self.births or {}).get(q, {}).get("covered" if covered else "open")
+        return 0.0 if counts is None else counts.p_appears
 
     def calibration(self, variant: str = FULL) -> Calibration:
         """The calibration of one variant of the belief. Raises BadInput if it was not made."""
