@@ -27,6 +27,8 @@ class Update(Message, frozen=True, eq=False):
     """False: this (view, cover state) was counted before; geometry only."""
     detections: tuple[Detection, ...]
     """The representatives, answered."""
+    covered: bool = False
+    """Whether the container is covered, as last verified, this look included."""
 
 
 class Track(Message, frozen=True, eq=False):

@@ -80,7 +80,8 @@ def walk(
 def _update(
     recording: Recording, taken: tuple[str, ...], step: int, cell: Cell, profile: str
 ) -> Update:
-    seen = recording.shot(state_after(taken, recording.covered, cell))
+    state = state_after(taken, recording.covered, cell)
+    seen = recording.shot(state)
     return Update(
         episode=f"{recording.family}:{recording.seed} {' '.join(taken)}"[:128],
         step=step,
@@ -91,6 +92,7 @@ def _update(
         asked=recording.target.relation,
         counted=True,
         detections=tuple(d for d in seen.detections if d.representative),
+        covered=state.cover == "closed",
     )
 
 

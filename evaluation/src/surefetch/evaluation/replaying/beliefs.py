@@ -22,6 +22,8 @@ class Heard:
     state: State
     q: str
     counted: bool
+    covered: bool
+    """As perception verified last, this look included."""
 
 
 History = tuple[Heard, ...]
@@ -66,4 +68,5 @@ class Beliefs:
             asked=self.asked,
             counted=heard.counted,
             detections=tuple(d for d in detections if d.representative),
+            covered=heard.covered,
         )

@@ -93,7 +93,7 @@ def _look(turn: Turn, errand: Errand, world: RecordedWorld) -> Turn:
     view = turn.state.view
     seen = world.see(view)
     state, looked = look(turn.state, errand.cell.informs, _frame(view, seen), seen)
-    heard = Heard(world.state(view), looked.q, looked.counted)
+    heard = Heard(world.state(view), looked.q, looked.counted, state.cover == "covered")
     return replace(turn, state=replace(state, step=state.step + 1), heard=(*turn.heard, heard))
 
 

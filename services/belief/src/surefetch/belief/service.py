@@ -102,7 +102,7 @@ def _stored(answered: Look, reply: BeliefReply, again: Update) -> BeliefReply:
 
 def _look(update: Update) -> Look:
     ids = tuple(d.id for d in update.detections)
-    return update.step, update.profile, update.q, update.asked, update.counted, ids
+    return update.step, update.profile, update.q, update.asked, update.counted, update.covered, ids
 
 
 def _out_of_order(update: Update, expected: int) -> Refused:

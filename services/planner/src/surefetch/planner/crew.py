@@ -83,7 +83,14 @@ class Crew:
         return seen
 
     def believe(
-        self, seen: Observations, *, q: str, asked: AskedRelation, counted: bool, profile: str
+        self,
+        seen: Observations,
+        *,
+        q: str,
+        asked: AskedRelation,
+        counted: bool,
+        covered: bool,
+        profile: str,
     ) -> BeliefReply:
         """The belief after a look; `asked` is the relation that the target is to have."""
         update = Update(
@@ -96,6 +103,7 @@ class Crew:
             asked=asked,
             counted=counted,
             detections=tuple(d for d in seen.detections if d.representative),
+            covered=covered,
         )
         reply = self._ask(UPDATE, update)
         self._account.believed(reply, q)

@@ -44,6 +44,7 @@ def turn(crew: Crew, account: Account, errand: Errand, before: EpisodeState) -> 
         q=heard.q,
         asked=errand.target.relation,
         counted=heard.counted,
+        covered=looked.cover == "covered",
         profile=profile.name,
     )
     state = believe(looked, frame, believed)
