@@ -6,6 +6,8 @@ from typing import Any
 
 import msgspec
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from msgspec.structs import replace
 from scripted_table import parameters
 
@@ -109,10 +111,36 @@ def test_damaged_tables_are_refused_with_what_is_wrong(content: bytes, said: str
 
 
 def test_the_chance_that_a_target_appears_is_asked_by_look_and_is_none_where_it_is_off() -> None:
-    counts = BirthCounts(appeared=(0, 5, 2), stayed=(2, 1, 0), elsewhere=(9, 3, 0))
+    counts = BirthCounts(with_target=(5, 2), without=(11, 4, 0), still_unseen=3)
     off = parameters("extended")
     on = replace(off, births={"right": {"open": counts}})
     assert on.p_appears("right") == pytest.approx(8 / 12)
     assert on.p_appears("right", covered=True) == on.p_appears("center") == 0.0
     assert off.p_appears("right") == 0.0
     assert off.commit_at_least == 0.0
+
+
+def test_priors_by_cover_state_replace_those_by_asked_relation() -> None:
+    other = replace(PRIOR, absent=0.6, unobserved=0.1, tracked=0.3)
+    table = {"open": dict.fromkeys(ASKED, PRIOR), "covered": dict.fromkeys(ASKED, other)}
+    on = replace(with_switches(), cover_prior=table)
+    assert on.belief_priors("any") == PRIOR
+    assert on.belief_priors("any", covered=True) == other
+    assert with_switches().belief_priors("any", covered=True) == PRIOR
+    with pytest.raises(BadInput, match="cover_prior lacks covered"):
+        parse_parameters(msgspec.json.encode(replace(on, cover_prior={"open": table["open"]})), "f")
+    with pytest.raises(BadInput, match="cover_prior.open must have"):
+        gap = {"open": {"any": PRIOR}, "covered": table["covered"]}
+        parse_parameters(msgspec.json.encode(replace(on, cover_prior=gap)), "f")
+
+
+@given(st.integers(0, 9), st.integers(0, 9), st.tuples(*[st.integers(0, 9)] * 3))
+def test_the_ratio_of_new_tracks_is_of_two_distributions(
+    one: int, more: int, without: tuple[int, int, int]
+) -> None:
+    counts = BirthCounts(with_target=(one, more), without=without, still_unseen=0)
+    of_clutter = [(n + 1) / (sum(without) + 3) for n in without]
+    with_target = [counts.likelihood_ratio(n) * of_clutter[n] for n in range(3)]
+    assert sum(with_target) == pytest.approx(1.0)
+    assert with_target[0] == 0.0
+    assert counts.likelihood_ratio(7) == counts.likelihood_ratio(2)

@@ -45,6 +45,14 @@ class JointBelief:
         return {**by_name, UNOBS: float(self.p_unobs), ABS: float(self.p_abs)}
 
 
+def normalised(belief: JointBelief) -> JointBelief:
+    """The same proportions, with masses that sum to 1."""
+    total = belief.p_tracked.sum() + belief.p_unobs + belief.p_abs
+    return JointBelief(
+        belief.tracks, belief.p_tracked / total, belief.p_unobs / total, belief.p_abs / total
+    )
+
+
 def factorized(p_tracked: Array) -> Array:
     """b(c, r) as b(c)·ρ(r), one relation distribution ρ shared by all tracks.
 

@@ -6,9 +6,10 @@ A parameter file belongs to one cell and one perception back-end. The two that s
 
 import math
 import re
+from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, get_args
 
 import msgspec
 
@@ -67,20 +68,32 @@ class BeliefPriors(ParameterValue, frozen=True):
 
 
 class BirthCounts(ParameterValue, frozen=True):
-    """What became of a target that had no track before a look, by how many new tracks it gave."""
+    """How many new tracks a look gave, by whether the target's first is among them."""
 
-    appeared: tuple[Count, Count, Count]
-    """One of no, one, more new tracks is the target's."""
-    stayed: tuple[Count, Count, Count]
-    """The target still has none."""
-    elsewhere: tuple[Count, Count, Count]
-    """The target had a track before, or there is none."""
+    with_target: tuple[Count, Count]
+    """One new track, and it is the target's; more, and one of them is."""
+    without: tuple[Count, Count, Count]
+    """No, one, more new tracks, none of them the target's."""
+    still_unseen: Count
+    """Of the looks in `without`, those at a target that had no track before."""
 
     @property
     def p_appears(self) -> float:
-        """d: chance that the look gives the target its first track, add-one smoothed."""
-        appeared, stayed = sum(self.appeared), sum(self.stayed)
-        return (appeared + 1.0) / (appeared + stayed + 2.0)
+        """d: chance that the look gives an unseen target its first track, add-one smoothed."""
+        appeared = sum(self.with_target)
+        return (appeared + 1.0) / (appeared + self.still_unseen + 2.0)
+
+    def likelihood_ratio(self, n_new: int) -> float:
+        """A(n) / C(n): n new tracks if the target is one of them, against if it is not.
+
+        Both are shares of the looks, add-one smoothed, with all n above one as one case. Without a
+        new track the target is none.
+        """
+        if n_new == 0:
+            return 0.0
+        n = min(n_new, 2)
+        among = (self.with_target[n - 1] + 1.0) / (sum(self.with_target) + 2.0)
+        return among * (sum(self.without) + 3.0) / (self.without[n] + 1.0)
 
 
 class Priors(BeliefPriors, frozen=True):
@@ -128,13 +141,15 @@ class Parameters(ParameterValue, frozen=True):
     """By variant of the belief: `full`, and the ablations that change the belief."""
     asked_prior: dict[AskedRelation, BeliefPriors] | None = None
     """Priors by asked relation, in the place of those for all; null: off."""
+    cover_prior: dict[CoverKey, dict[AskedRelation, BeliefPriors]] | None = None
+    """Priors by cover state and asked relation, in the place of `asked_prior`; null: off."""
     attribute_evidence: AnswerTables | None = None
     """The four answers as evidence of their own, in the place of `emissions`; null: off."""
     tempering: Annotated[float, msgspec.Meta(ge=0.0)] = PAPER_TEMPERING
     """γ: the n-th observation of a track counts with exponent n^-γ."""
     births: dict[str, dict[CoverKey, BirthCounts]] | None = None
-    """Evidence from not seeing, ``[q][cover state at the look]``, in the place of `birth`;
-    null: off."""
+    """New tracks, and none, as evidence, ``[q][cover state at the look]``, in the place of the
+    `birth` of the priors; null: off. May have gaps."""
     commit_at_least: Probability = 0.0
     """Least belief in a hypothesis at which its object may be grasped."""
     format: Literal[1] = FORMAT
@@ -143,9 +158,19 @@ class Parameters(ParameterValue, frozen=True):
         """The observation model."""
         return Emission(self.emissions, pooled_views=pooled_views)
 
-    def belief_priors(self, asked: AskedRelation) -> BeliefPriors:
+    def belief_priors(self, asked: AskedRelation, *, covered: bool = False) -> BeliefPriors:
         """What is believed before any answer when this relation is asked for."""
+        if self.cover_prior is not None:
+            return self.cover_prior[_cover_key(covered)][asked]
         return self.priors if self.asked_prior is None else self.asked_prior[asked]
+
+    def birth_counts(self, q: str, *, covered: bool = False) -> BirthCounts | None:
+        """What was counted of looks under a viewing condition and cover state.
+
+        Returns:
+            None where evidence from not seeing is off, or was never fitted for this look.
+        """
+        return (self.births or {}).get(q, {}).get(_cover_key(covered))
 
     def p_appears(self, q: str, *, covered: bool = False) -> float:
         """Chance that a look gives the target its first track, while it has none.
@@ -158,7 +183,7 @@ class Parameters(ParameterValue, frozen=True):
         Returns:
             0.0 where evidence from not seeing is off, or was never fitted for this look.
         """
-        counts = (self.births or {}).get(q, {}).get("covered" if covered else "open")
+        counts = self.birth_counts(q, covered=covered)
         return 0.0 if counts is None else counts.p_appears
 
     def calibration(self, variant: str = FULL) -> Calibration:
@@ -259,14 +284,28 @@ def _check_words(parameters: Parameters) -> None:
         "class", CLASSES, {c for table in (*parameters.emissions.values(), *paired) for c in table}
     )
     _known("observation", OBSERVATIONS, {y for by_y0 in parameters.paired.values() for y in by_y0})
-    by_asked = {} if parameters.asked_prior is None else parameters.asked_prior
-    if parameters.asked_prior is not None and set(by_asked) != set(ASKED):
-        raise ValueError(f"asked_prior must have {', '.join(ASKED)}")
-    for priors in (parameters.priors, *by_asked.values()):
+    for priors in (parameters.priors, *_conditioned(parameters)):
         if set(priors.relation) != set(RELATIONS):
             raise ValueError(f"the relation of every prior must have {', '.join(RELATIONS)}")
     if FULL not in parameters.calibrations:
         raise ValueError(f'calibrations must have "{FULL}"')
+
+
+def _conditioned(parameters: Parameters) -> Iterator[BeliefPriors]:
+    """The priors by asked relation and cover state. Raises ValueError where some are missing."""
+    tables = {} if parameters.asked_prior is None else {"asked_prior": parameters.asked_prior}
+    if parameters.cover_prior is not None:
+        if missing := set(get_args(CoverKey)) - set(parameters.cover_prior):
+            raise ValueError(f"cover_prior lacks {', '.join(sorted(missing))}")
+        tables |= {f"cover_prior.{key}": table for key, table in parameters.cover_prior.items()}
+    for name, table in tables.items():
+        if set(table) != set(ASKED):
+            raise ValueError(f"{name} must have {', '.join(ASKED)}")
+        yield from table.values()
+
+
+def _cover_key(covered: bool) -> CoverKey:
+    return "covered" if covered else "open"
 
 
 def _known(what: str, known: tuple[str, ...], found: set[str]) -> None:

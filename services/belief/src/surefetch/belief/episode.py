@@ -57,7 +57,10 @@ def step(before: EpisodeBelief, update: Update) -> tuple[EpisodeBelief, BeliefRe
         if number is not None
     ]
     ids = [t.id for t in tracked.tracks]
-    done = belief_filter.step(before.memory, ids, seen, update.q, before.rules.model)
+    done = belief_filter.step(
+        before.memory, ids, seen, update.q, before.rules.model,
+        covered=update.covered, look_counts=update.counted,
+    )  # fmt: skip
     tracks = _with_evidence(tracked.tracks, seen, done)
     belief = done.belief.named()
     reply = BeliefReply(
@@ -78,7 +81,11 @@ def step(before: EpisodeBelief, update: Update) -> tuple[EpisodeBelief, BeliefRe
 def rules_of(parameters: Parameters, asked: AskedRelation) -> Rules:
     """What the belief needs of a profile's fitted numbers when this relation is asked for."""
     model = Model(
-        _evidence(parameters, asked), parameters.belief_priors(asked), parameters.tempering
+        _evidence(parameters, asked),
+        parameters.belief_priors(asked),
+        parameters.tempering,
+        covered_priors=parameters.belief_priors(asked, covered=True),
+        births=lambda q, covered: parameters.birth_counts(q, covered=covered),
     )
     return Rules(model, parameters.q_hat())
 

@@ -1,6 +1,6 @@
 """The joint belief, step by step: first belief, birth, floor, tempered product, normalise. Pure."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -8,13 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefetch.belief.evidence import NOTHING, Evidence, Known, Seen
-from surefetch.common.hypotheses import RELATIONS
-from surefetch.common.joint_belief import JointBelief, factorized
-from surefetch.common.parameters import PAPER_TEMPERING, BeliefPriors
+from surefetch.belief.first_belief import birth, initial
+from surefetch.common.joint_belief import JointBelief, factorized, normalised
+from surefetch.common.parameters import PAPER_TEMPERING, BeliefPriors, BirthCounts
 
 Array = NDArray[np.float64]
 
 FLOOR: Final = 1e-300
+
+Births = Callable[[str, bool], BirthCounts | None]
+"""What was counted of looks under a viewing condition and cover state, where anything was."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +50,26 @@ class Model:
 
     evidence: Evidence
     priors: BeliefPriors
+    """Where the container is open."""
     tempering: float = PAPER_TEMPERING
     """γ: the n-th observation of a track counts with exponent n^-γ."""
     factorized: bool = False
+    covered_priors: BeliefPriors | None = None
+    """Where it is covered; None: the same."""
+    births: Births | None = None
+    """What new tracks, and none, say of a target without a track; None: the paper's rule."""
 
 
-def step(memory: Memory, tracks: Sequence[int], seen: Sequence[Seen], q: str, model: Model) -> Step:
+def step(
+    memory: Memory,
+    tracks: Sequence[int],
+    seen: Sequence[Seen],
+    q: str,
+    model: Model,
+    *,
+    covered: bool = False,
+    look_counts: bool = True,
+) -> Step:
     """One step: tracks, then first belief or birth, then the observations that count.
 
     Args:
@@ -61,10 +78,18 @@ def step(memory: Memory, tracks: Sequence[int], seen: Sequence[Seen], q: str, mo
         seen: this step's detections, in order.
         q: viewing condition.
         model: evidence, priors and switches.
+        covered: whether the container is covered in this look.
+        look_counts: False for a look that was counted before: no new evidence of what it does
+            not show.
 
     Source: paper, eq:initial-belief, eq:track-birth, eq:runtime-belief-update.
     """
-    prior = _prior(memory.belief, tuple(tracks), model.priors)
+    priors = model.covered_priors if covered and model.covered_priors else model.priors
+    if memory.belief is None:
+        prior = initial(tuple(tracks), priors)
+    else:
+        births = model.births(q, covered) if model.births and look_counts else None
+        prior = birth(memory.belief, tuple(tracks), priors, births)
     counted = which_count(seen, memory.counted_ids)
     fresh = [s for s, counts in zip(seen, counted, strict=True) if counts]
     weigh = model.evidence.under(q)
@@ -104,32 +129,6 @@ def which_count(seen: Sequence[Seen], counted_before: frozenset[str]) -> tuple[b
     return tuple(counted)
 
 
-def initial(tracks: tuple[int, ...], priors: BeliefPriors) -> JointBelief:
-    """b0, from the tracks of the first tracking pass.
-
-    Source: paper, eq:initial-belief.
-    """
-    if not tracks:
-        none = np.empty((0, len(RELATIONS)))
-        return JointBelief((), none, priors.unobserved + priors.tracked, priors.absent)
-    p_tracked = np.tile(priors.tracked / len(tracks) * _pi(priors), (len(tracks), 1))
-    return JointBelief(tracks, p_tracked, priors.unobserved, priors.absent)
-
-
-def birth(belief: JointBelief, tracks: tuple[int, ...], priors: BeliefPriors) -> JointBelief:
-    """New tracks take their share of unobs; nothing else moves.
-
-    Source: paper, eq:track-birth.
-    """
-    fresh = [i for i in tracks if i not in belief.tracks]
-    if not fresh:
-        return belief
-    share = priors.birth * belief.p_unobs / len(fresh)
-    known = dict(zip(belief.tracks, belief.p_tracked, strict=True))
-    p_tracked = np.array([known.get(i, share * _pi(priors)) for i in tracks])
-    return JointBelief(tracks, p_tracked, (1.0 - priors.birth) * belief.p_unobs, belief.p_abs)
-
-
 def update(prior: JointBelief, likelihoods: Mapping[int, tuple[Array, float]]) -> JointBelief:
     """Floor, multiply by the tempered likelihoods, normalise.
 
@@ -148,16 +147,4 @@ def update(prior: JointBelief, likelihoods: Mapping[int, tuple[Array, float]]) -
     for i, (by_class, exponent) in likelihoods.items():
         p_tracked[prior.tracks.index(i)] *= (by_class[:-1] / by_class[-1]) ** exponent
     p_unobs, p_abs = max(prior.p_unobs, FLOOR), max(prior.p_abs, FLOOR)
-    total = p_tracked.sum() + p_unobs + p_abs
-    return JointBelief(prior.tracks, p_tracked / total, p_unobs / total, p_abs / total)
-
-
-def _prior(
-    belief: JointBelief | None, tracks: tuple[int, ...], priors: BeliefPriors
-) -> JointBelief:
-    return initial(tracks, priors) if belief is None else birth(belief, tracks, priors)
-
-
-def _pi(priors: BeliefPriors) -> Array:
-    """π_R in the order of the relations."""
-    return np.array([priors.relation[relation] for relation in RELATIONS])
+    return normalised(JointBelief(prior.tracks, p_tracked, p_unobs, p_abs))
