@@ -1,6 +1,7 @@
 """What the switches are worth, on scenes by script: twins of which one stands wrongly."""
 
 import math
+from dataclasses import replace as replace_story
 
 import numpy as np
 import pytest
@@ -47,7 +48,8 @@ def story(seed: int, asked: AskedRelation = "inside", looks: int = 2) -> Story:
     counts = fit.Counts()
     counts.first["tracked"] += 1
     counts.relation["inside"] += 1
-    return Story("ambiguous", seed, asked, heard, counts, counted)
+    counts.new_tracks["right", "open", "appeared", 1] += 1
+    return Story("ambiguous", seed, asked, False, heard, {"extended": counts}, counted)
 
 
 def fit_off(stories: object) -> Parameters:
@@ -57,11 +59,13 @@ def fit_off(stories: object) -> Parameters:
 STORIES = [story(seed) for seed in range(40)]
 
 
-def test_a_story_is_scored_by_the_truth_after_its_last_look() -> None:
+def test_a_story_is_scored_by_the_truth_after_each_of_its_looks() -> None:
     off = parameters("extended")
-    short, long = (log_score(story(0, looks=n), off) for n in (1, 3))
-    assert math.log(0.3) < short < math.log(0.5)
-    assert abs(long - math.log(0.45)) < 0.1  # the twins stay as likely as each other
+    one, two, three = (log_score(story(0, looks=n), off) for n in (1, 2, 3))
+    assert math.log(0.3) < one < math.log(0.5)
+    after_the_last = [one, 2 * two - one, 3 * three - 2 * two]
+    assert after_the_last == sorted(after_the_last)
+    assert after_the_last[-1] == pytest.approx(math.log(0.45), abs=0.1)  # twins stay alike
 
 
 def test_switches_replace_their_own_part_alone() -> None:
@@ -80,6 +84,18 @@ def test_the_prior_of_an_asked_relation_comes_from_scenes_that_ask_for_it() -> N
     assert on.belief_priors("any").relation["inside"] == pytest.approx(11 / 12)
     assert on.belief_priors("outside").relation["inside"] == pytest.approx(1 / 2)
     assert on.belief_priors("any").birth == on.priors.birth
+
+
+def test_the_prior_of_a_cover_state_is_drawn_to_that_of_all_where_few_begin_so() -> None:
+    covered = replace_story(story(1), covered=True)
+    asked_alike = turned_on(parameters("extended"), [*STORIES, covered], {"asked_prior"})
+    on = turned_on(asked_alike, [*STORIES, covered], {"cover_prior"})
+    expected = asked_alike.belief_priors("inside")
+    few, none = (on.belief_priors(asked, covered=True) for asked in ("inside", "any"))
+    assert few.tracked == pytest.approx((1 + 2 * expected.tracked) / 3)
+    assert none.tracked == pytest.approx(asked_alike.belief_priors("any").tracked)
+    assert on.belief_priors("inside").tracked == pytest.approx((40 + 2 * expected.tracked) / 42)
+    assert sum((few.tracked, few.absent, few.unobserved)) == pytest.approx(1.0)
 
 
 def test_the_fitted_tempering_is_the_best_of_its_grid() -> None:
@@ -126,5 +142,5 @@ def test_a_gain_is_the_paired_difference() -> None:
 
 
 def test_counts_of_stories_add_up() -> None:
-    assert total(STORIES).first["tracked"] == len(STORIES)
-    assert not total([]).first
+    assert total(STORIES, "extended").first["tracked"] == len(STORIES)
+    assert not total([], "extended").first

@@ -3,7 +3,9 @@
 import pytest
 from made_up_looks import look
 
+from surefetch.common.parameters import BirthCounts
 from surefetch.evaluation.fitting import fit
+from surefetch.evaluation.fitting.fit_births import birth_table
 from surefetch.evaluation.recordings.walk import Look
 
 FIRST = look("center", {1: "UU", 2: "mismatch"}, new=(1, 2), target_track=1)
@@ -56,6 +58,34 @@ def test_a_birth_is_a_success_when_the_target_is_among_the_new() -> None:
     counts = fit.count({(): [first], ALL: [first, other, found]}, ALL, "inside")
     assert counts.first == {"unobs": 1}
     assert counts.births == {False: 1, True: 1}
+
+
+def test_looks_without_new_tracks_count_and_a_target_taken_for_a_known_track_does_not() -> (
+    None
+):
+    first = look("center", {1: "mismatch"}, new=(1,))
+    nothing = look("right", {1: "mismatch"}, y0={1: "mismatch"})
+    taken_for_1 = look("right", {1: "MI"}, target_track=1)
+    found = look("close_high", {2: "MI", 3: "UU"}, new=(2, 3), target_track=2)
+    walks = {
+        (): [first],
+        ("right",): [first, nothing],
+        ("close_high",): [first, found],
+        ("right again",): [first, taken_for_1],
+        ("right", "close_high"): [first, nothing, found],
+        ("close_high", "right"): [first, found, nothing],
+    }
+    counted = fit.count(walks, ("right", "close_high"), "inside").new_tracks
+    assert counted == {
+        ("right", "open", "stayed", 0): 1,
+        ("close_high", "open", "appeared", 2): 2,
+        ("right", "open", "known", 0): 1,
+    }
+    table = birth_table(counted)
+    assert table["right"]["open"] == BirthCounts(
+        with_target=(0, 0), without=(2, 0, 0), still_unseen=1
+    )
+    assert table["close_high"]["open"].with_target == (0, 2)
 
 
 def test_the_papers_constants_come_out_of_its_counts() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from surefetch.common.errors import BadInput
-from surefetch.evaluation.fitting import commands as study_fit
+from surefetch.evaluation.fitting import fit_command as study_fit
 from surefetch.evaluation.running import study_episodes
 from surefetch.evaluation.running.metrics import VERDICTS, Verdict
 

@@ -18,7 +18,7 @@ from surefetch.common.messages import (
     Target,
 )
 from surefetch.common.parameters import read_parameters
-from surefetch.evaluation.fitting import commands as study_fit
+from surefetch.evaluation.fitting import fit_command as study_fit
 from surefetch.evaluation.fitting.evidence_switches import SWITCHES
 from surefetch.evaluation.recordings import recording_store
 from surefetch.evaluation.recordings.recording import (
@@ -138,22 +138,27 @@ def recordings(tmp_path: Path) -> Path:
 def test_paper_is_fitted_with_every_switch_off_and_extended_with_them_on(
     recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert study_fit.main_fit([str(recordings), "--out", str(tmp_path)]) == 0
+    assert study_fit.main([str(recordings), "--out", str(tmp_path)]) == 0
     paper, extended = (read_parameters(tmp_path / f"{p}.json") for p in ("paper", "extended"))
     assert (paper.asked_prior, paper.attribute_evidence, paper.tempering) == (None, None, 0.5)
-    assert extended.belief_priors("inside").relation["inside"] == pytest.approx(5 / 6)
+    assert (paper.cover_prior, paper.births) == (None, None)
+    assert extended.asked_prior is not None
+    assert extended.asked_prior["inside"].relation["inside"] == pytest.approx(5 / 6)
+    assert extended.belief_priors("inside").relation["inside"] == pytest.approx(17 / 18)
+    assert extended.births is not None
+    assert extended.births["right"]["open"].without == (8, 0, 0)
     assert extended.attribute_evidence is not None
     answered = extended.attribute_evidence
     assert answered.membership["center"] == {"inside": (4, 0, 0), "outside": (0, 4, 0)}
     assert answered.distractors["inside"]["color shape"]["outside"] == (4, 0, 0, 0)
     said = capsys.readouterr().out
-    assert "last look of 4 scenes" in said
+    assert "looks at 4 scenes" in said
     assert all(f"{name} " in said for name in SWITCHES)
 
 
 def test_a_switch_can_be_left_off(recordings: Path, tmp_path: Path) -> None:
     without = ["--without", "attribute_evidence", "--without", "tempering"]
-    study_fit.main_fit([str(recordings), "--out", str(tmp_path), *without])
+    study_fit.main([str(recordings), "--out", str(tmp_path), *without])
     extended = read_parameters(tmp_path / "extended.json")
     assert extended.attribute_evidence is None
     assert extended.tempering == 0.5
@@ -164,12 +169,12 @@ def test_scenes_of_one_half_are_fitted_and_not_compared(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     record(tmp_path / "dev", 100_000)
-    assert study_fit.main_fit([str(tmp_path / "dev"), "--out", str(tmp_path)]) == 0
+    assert study_fit.main([str(tmp_path / "dev"), "--out", str(tmp_path)]) == 0
     assert "needs scenes of even and of odd seeds" in capsys.readouterr().out
 
 
 def test_scenes_of_another_split_are_refused(tmp_path: Path) -> None:
     record(tmp_path / "dev", 300_000)
     with pytest.raises(BadInput, match="development scenes only"):
-        study_fit.main_fit([str(tmp_path / "dev"), "--out", str(tmp_path / "out")])
+        study_fit.main([str(tmp_path / "dev"), "--out", str(tmp_path / "out")])
     assert not (tmp_path / "out").exists()

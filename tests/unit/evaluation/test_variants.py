@@ -15,7 +15,7 @@ from surefetch.common.parameters import (
     shipped_parameters,
     write_parameters,
 )
-from surefetch.evaluation.fitting import commands
+from surefetch.evaluation.fitting import calibrate_command
 from surefetch.evaluation.fitting.variants import (
     FACTORIZED,
     NO_MEMORY,
@@ -86,7 +86,7 @@ def test_every_variant_is_calibrated_on_its_own_belief(tmp_path: Path) -> None:
     for seed in range(200_000, 200_020):
         save(tmp_path / "cal", *record(TABLE, wanted=0, seed=seed))
     words = [str(tmp_path / "cal"), "--parameters", str(tmp_path), "--profile", "paper"]
-    assert commands.main_calibrate(words) == 0
+    assert calibrate_command.main(words) == 0
     made = read_parameters(tmp_path / "paper.json").calibrations
     assert set(made) == set(VARIANTS)
     for variant in VARIANTS:

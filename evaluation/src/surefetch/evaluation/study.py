@@ -10,11 +10,11 @@ from surefetch.common.errors import BadInput
 COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "record": ("recordings.record:main", "capture and perceive every state of many scenes, once"),
     "fit": (
-        "fitting.commands:main_fit",
+        "fitting.fit_command:main",
         "observation models and priors from development recordings",
     ),
     "calibrate": (
-        "fitting.commands:main_calibrate",
+        "fitting.calibrate_command:main",
         "the conformal threshold from calibration ones",
     ),
     "gates": (

@@ -13,12 +13,12 @@ Fit = Callable[[Sequence[Story]], Parameters]
 """Parameters with all switches off."""
 Scene = tuple[str, int]
 Scores = Mapping[Scene, float]
-"""log b(z*) after the last look, by family and seed."""
+"""log b(z*), the mean over the looks, by family and seed."""
 
 
 @dataclass(frozen=True)
 class Gain:
-    """Of log b(z*) after the last look, paired by scene."""
+    """Of log b(z*), paired by scene."""
 
     mean: float
     standard_error: float
@@ -99,7 +99,7 @@ def table(found: Worth) -> str:
     ]
     return "\n".join(
         [
-            f"Mean log b(z*) after the last look of {found.n} scenes, each half of the seeds with "
+            f"Mean log b(z*) over all looks at {found.n} scenes, each half of the seeds with "
             f"numbers of the other: {found.none:.3f} with all switches off, {found.all_on:.3f} "
             f"with all on.",
             "Gain of each switch (mean ± standard error):",

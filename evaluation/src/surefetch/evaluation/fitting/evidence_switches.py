@@ -5,12 +5,14 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from surefetch.common.hypotheses import ASKED, AskedRelation
-from surefetch.common.parameters import BeliefPriors, Parameters
-from surefetch.evaluation.fitting import fit, fit_evidence
+from surefetch.common.hypotheses import ABS, ASKED, UNOBS, AskedRelation
+from surefetch.common.parameters import BeliefPriors, CoverKey, Parameters
+from surefetch.evaluation.fitting import fit, fit_births, fit_evidence
 from surefetch.evaluation.recordings.story import Story, log_score, total
 
 TEMPERINGS: Final = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
+BACK_OFF: Final = 2.0
+"""Scenes that the priors of all with the same asked relation count for."""
 
 
 def asked_prior(off: Parameters, stories: Sequence[Story]) -> Parameters:
@@ -22,7 +24,7 @@ def asked_prior(off: Parameters, stories: Sequence[Story]) -> Parameters:
 
 
 def _prior(off: Parameters, stories: Sequence[Story], asked: AskedRelation) -> BeliefPriors:
-    found = fit.priors(total([story for story in stories if story.asked == asked]))
+    found = fit.priors(_total([story for story in stories if story.asked == asked]))
     return BeliefPriors(
         relation={"inside": found["inside"], "outside": 1.0 - found["inside"]},
         absent=found["abs"],
@@ -32,24 +34,69 @@ def _prior(off: Parameters, stories: Sequence[Story], asked: AskedRelation) -> B
     )
 
 
+def cover_prior(off: Parameters, stories: Sequence[Story]) -> Parameters:
+    """The same of the stories that also begin alike, covered or not.
+
+    Few do, so the shares are drawn towards those of all that ask the same.
+    """
+    table: dict[CoverKey, dict[AskedRelation, BeliefPriors]] = {"open": {}, "covered": {}}
+    for cover, by_asked in table.items():
+        alike = [story for story in stories if story.covered == (cover == "covered")]
+        for asked in ASKED:
+            counts = _total([story for story in alike if story.asked == asked])
+            by_asked[asked] = _drawn(counts, off.belief_priors(asked))
+    return replace(off, cover_prior=table)
+
+
+def _drawn(counts: fit.Counts, towards: BeliefPriors) -> BeliefPriors:
+    """Shares of the counts, and of BACK_OFF more that are as expected."""
+
+    def share(hits: int, trials: int, expected: float) -> float:
+        return (hits + BACK_OFF * expected) / (trials + BACK_OFF)
+
+    scenes, inside = counts.first.total(), counts.relation["inside"]
+    absent = share(counts.first[ABS], scenes, towards.absent)
+    unobserved = share(counts.first[UNOBS], scenes, towards.unobserved)
+    inside_share = share(inside, counts.relation.total(), towards.relation["inside"])
+    return replace(
+        towards,
+        relation={"inside": inside_share, "outside": 1.0 - inside_share},
+        absent=absent,
+        unobserved=unobserved,
+        tracked=1.0 - absent - unobserved,
+    )
+
+
+def _total(stories: Sequence[Story]) -> fit.Counts:
+    return total(stories, "extended")
+
+
 def attribute_evidence(off: Parameters, stories: Sequence[Story]) -> Parameters:
     """Each answer counted by what the body under it is."""
     counts = sum((story.answers for story in stories), fit_evidence.AnswerCounts())
     return replace(off, attribute_evidence=fit_evidence.tables(counts))
 
 
+def births(off: Parameters, stories: Sequence[Story]) -> Parameters:
+    """New tracks by look and cover state, over all sequences."""
+    return replace(off, births=fit_births.birth_table(_total(stories).new_tracks))
+
+
 def tempering(off: Parameters, stories: Sequence[Story]) -> Parameters:
-    """The exponent under which the stories' truths are likeliest in the end."""
+    """The exponent under which the stories' truths are likeliest."""
     tempered = [replace(off, tempering=gamma) for gamma in TEMPERINGS]
     return max(tempered, key=lambda one: sum(log_score(story, one) for story in stories))
 
 
 SWITCHES: Final[dict[str, Callable[[Parameters, Sequence[Story]], Parameters]]] = {
     "asked_prior": asked_prior,
+    "cover_prior": cover_prior,
     "attribute_evidence": attribute_evidence,
+    "births": births,
     "tempering": tempering,
 }
-"""In the order in which they are turned on: the exponent belongs to the other two."""
+"""In the order in which they are turned on: priors are drawn towards those before
+them, and the exponent belongs to all others."""
 
 
 def turned_on(off: Parameters, stories: Sequence[Story], on: Collection[str]) -> Parameters:

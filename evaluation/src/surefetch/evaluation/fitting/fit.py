@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Final
 
 from surefetch.common.hypotheses import ABS, CLASSES, OBSERVATIONS, UNOBS
+from surefetch.evaluation.fitting.fit_births import NewTracks, new_tracks
 from surefetch.evaluation.recordings.walk import Look
 
 Walks = Mapping[tuple[str, ...], Sequence[Look]]
@@ -29,6 +30,8 @@ class Counts:
     """Of present targets."""
     births: Counter[bool] = field(default_factory=Counter)
     """Steps with new tracks while the target had none: whether one of them is the target."""
+    new_tracks: Counter[NewTracks] = field(default_factory=Counter)
+    """Looks after the first, by what they gave."""
 
     def __add__(self, other: "Counts") -> "Counts":
         return Counts(
@@ -37,6 +40,7 @@ class Counts:
             self.first + other.first,
             self.relation + other.relation,
             self.births + other.births,
+            self.new_tracks + other.new_tracks,
         )
 
 
@@ -44,7 +48,8 @@ def count(walks: Walks, exhaustive: tuple[str, ...], relation: str | None) -> Co
     """What one scene contributes.
 
     Each capture counts once for N(q, c, y) and the priors, along the exhaustive path. For
-    N(a, y0, c, y), every sequence contributes its last action: y0 is what a track had before it.
+    N(a, y0, c, y), every sequence contributes its last action: y0 is what a track had before it;
+    likewise for new tracks.
 
     Args:
         walks: looks by sequence, all sequences of the scene.
@@ -65,6 +70,7 @@ def count(walks: Walks, exhaustive: tuple[str, ...], relation: str | None) -> Co
     for path, steps in walks.items():
         if path:
             counts.paired.update(_pairs(path[-1], steps[-2], steps[-1], relation))
+            counts.new_tracks.update(new_tracks(steps[-2], steps[-1]))
     return counts
 
 

@@ -5,7 +5,8 @@ other numbers in a moment, without its recording.
 """
 
 import math
-from collections.abc import Sequence
+import statistics
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from surefetch.belief import filter as belief_filter
@@ -28,35 +29,43 @@ class Heard:
     tracks: tuple[int, ...]
     seen: tuple[Seen, ...]
     truth: str
+    covered: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Story:
-    """One development scene along its exhaustive path."""
+    """One development scene along the sequence that sees the most of it."""
 
     family: str
     seed: int
     asked: AskedRelation
+    covered: bool
+    """Whether the scene begins with a cover on the container."""
     heard: tuple[Heard, ...]
-    counts: fit.Counts
+    counts: Mapping[str, fit.Counts]
+    """By profile: of the sequences that it allows."""
     answers: AnswerCounts
 
 
 def tell(
-    recording: Recording, truth: RecordingTruth, looks: Sequence[Look], counts: fit.Counts
+    recording: Recording,
+    truth: RecordingTruth,
+    looks: Sequence[Look],
+    counts: Mapping[str, fit.Counts],
 ) -> Story:
     """The story of a scene.
 
     Args:
         recording: the scene.
         truth: the scorer's file of it.
-        looks: along the exhaustive path.
-        counts: what all walks of the scene contribute to the categories and the priors.
+        looks: along the sequence that sees the most.
+        counts: by profile, what all walks contribute to categories, priors and births.
     """
     return Story(
         recording.family,
         recording.seed,
         recording.target.relation,
+        recording.covered,
         tuple(_heard(look) for look in looks),
         counts,
         fit_evidence.count(looks, truth, recording.target.relation),
@@ -73,18 +82,22 @@ def _heard(look: Look) -> Heard:
             if a.track is not None
         ),
         look.truth,
+        look.covered,
     )
 
 
-def total(stories: Sequence[Story]) -> fit.Counts:
-    """What they contribute together to the categories and the priors."""
-    return sum((story.counts for story in stories), fit.Counts())
+def total(stories: Sequence[Story], profile: str) -> fit.Counts:
+    """What they contribute together to categories, priors and births of a profile."""
+    return sum((story.counts[profile] for story in stories), fit.Counts())
 
 
 def log_score(story: Story, parameters: Parameters) -> float:
-    """Log b(z*) after the last look, believed with these numbers."""
-    model, memory = rules_of(parameters, story.asked).model, Memory()
+    """Log b(z*), the mean over the looks, believed with these numbers."""
+    model, memory, scores = rules_of(parameters, story.asked).model, Memory(), []
     for heard in story.heard:
-        done = belief_filter.step(memory, heard.tracks, heard.seen, heard.q, model)
+        done = belief_filter.step(
+            memory, heard.tracks, heard.seen, heard.q, model, covered=heard.covered
+        )
         memory = done.memory
-    return math.log(max(done.belief.named()[story.heard[-1].truth], FLOOR))
+        scores.append(math.log(max(done.belief.named()[heard.truth], FLOOR)))
+    return statistics.fmean(scores)

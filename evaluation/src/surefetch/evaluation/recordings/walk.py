@@ -1,6 +1,6 @@
 """A recorded scene, walked along a sequence of information actions with the robot's own belief."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from surefetch.common.cell import Cell
@@ -32,6 +32,8 @@ class Look:
     """The body under the latest detection of each track."""
     answers: dict[str, Answers]
     """By detection of this capture; unanswered ones are missing."""
+    covered: bool = False
+    """Whether the container was covered."""
 
     @property
     def counted(self) -> dict[int, str]:
@@ -58,34 +60,57 @@ def walk(
     Where the belief does not remember, a track is gone with the look that showed it.
     """
     looks: list[Look] = []
-    known: frozenset[int] = frozenset()
-    target: int | None = None
-    under: dict[int, str | None] = {}
     for step in range(len(path) + 1):
-        taken = tuple(path[:step])
-        state = state_after(taken, recording.covered, cell)
-        update = _update(recording, taken, step, cell, profile)
-        reply = believe(update)
-        bodies = truth.bodies(state)
-        target = _target_track(reply, bodies, truth.target, target if remembers else None)
-        under |= {a.track: bodies.get(a.detection) for a in reply.assigned if a.track is not None}
-        new = tuple(t.id for t in reply.tracks if t.id not in known)
-        known = frozenset(t.id for t in reply.tracks)
-        told = {d.id: d.answers for d in update.detections if d.answers is not None}
-        z = _hypothesis(truth, target)
-        looks.append(Look(update.q, reply, new, target, z, dict(under), told))
+        update = update_after(recording, tuple(path[:step]), cell, profile)
+        bodies = truth.bodies(state_after(path[:step], recording.covered, cell))
+        before = looks[-1] if looks else None
+        looks.append(look_of(update, believe(update), bodies, truth, before, remembers=remembers))
     return looks
 
 
-def _update(
-    recording: Recording, taken: tuple[str, ...], step: int, cell: Cell, profile: str
-) -> Update:
+def look_of(
+    update: Update,
+    reply: BeliefReply,
+    bodies: Mapping[str, str | None],
+    truth: RecordingTruth,
+    before: Look | None,
+    *,
+    remembers: bool = True,
+) -> Look:
+    """One look of a walk.
+
+    Args:
+        update: what the belief was told.
+        reply: what it answered.
+        bodies: under each detection of the capture.
+        truth: the scorer's file of the scene.
+        before: the look before it, if it is not the first.
+        remembers: see `walk`.
+    """
+    known = frozenset() if before is None else frozenset(t.id for t in before.reply.tracks)
+    earlier = before.target_track if before is not None and remembers else None
+    target = _target_track(reply, bodies, truth.target, earlier)
+    under = {a.track: bodies.get(a.detection) for a in reply.assigned if a.track is not None}
+    return Look(
+        q=update.q,
+        reply=reply,
+        new_tracks=tuple(t.id for t in reply.tracks if t.id not in known),
+        target_track=target,
+        truth=_hypothesis(truth, target),
+        bodies=under if before is None else before.bodies | under,
+        answers={d.id: d.answers for d in update.detections if d.answers is not None},
+        covered=update.covered,
+    )
+
+
+def update_after(recording: Recording, taken: tuple[str, ...], cell: Cell, profile: str) -> Update:
+    """What the belief is told of the capture at the end of a sequence of information actions."""
     state = state_after(taken, recording.covered, cell)
     seen = recording.shot(state)
     return Update(
         episode=f"{recording.family}:{recording.seed} {' '.join(taken)}"[:128],
-        step=step,
-        obs_seq=step,
+        step=len(taken),
+        obs_seq=len(taken),
         profile=profile,
         backend=recording.backend,
         q=condition_after(taken, cell),
@@ -98,7 +123,7 @@ def _update(
 
 def _target_track(
     reply: BeliefReply,
-    bodies: dict[str, str | None],
+    bodies: Mapping[str, str | None],
     target: str | None,
     previous: int | None,
 ) -> int | None:

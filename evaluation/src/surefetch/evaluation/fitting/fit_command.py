@@ -1,17 +1,15 @@
-"""`surefetch study fit` and `surefetch study calibrate`: recordings to parameter files."""
+"""`surefetch study fit`: development recordings to parameter files."""
 
 import argparse
 import json
-import math
-import statistics
-from collections.abc import Iterable, Sequence
-from fractions import Fraction
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import msgspec
 from rich.progress import track
 
+from surefetch.belief.episode import EpisodeBelief, step
 from surefetch.common.cell import Cell, simulated_cell
 from surefetch.common.errors import BadInput
 from surefetch.common.parameters import (
@@ -22,29 +20,19 @@ from surefetch.common.parameters import (
     Parameters,
     Priors,
     Provenance,
-    Scores,
-    check_origin,
-    read_parameters,
     write_parameters,
 )
-from surefetch.evaluation.fitting import calibrate, evidence_gain, fit, trials
-from surefetch.evaluation.fitting.believe import fresh_belief
+from surefetch.evaluation.fitting import evidence_gain, fit, trials
+from surefetch.evaluation.fitting.believe import BEFORE_FITTING
 from surefetch.evaluation.fitting.evidence_switches import SWITCHES, turned_on
-from surefetch.evaluation.fitting.variants import VARIANTS, fresh_variant, remembers
+from surefetch.evaluation.fitting.provenance import one_backend, provenance
+from surefetch.evaluation.fitting.sequences import allowed_sequences, longest, looks_along
 from surefetch.evaluation.recordings import recording_store, splits
-from surefetch.evaluation.recordings.recording import (
-    Recording,
-    RecordingTruth,
-    exhaustive_path,
-    paths,
-)
+from surefetch.evaluation.recordings.recording import Recording, RecordingTruth
 from surefetch.evaluation.recordings.story import Story, tell, total
-from surefetch.evaluation.recordings.walk import Look, walk
-
-ALPHA: Final = Fraction(1, 10)
 
 
-def main_fit(argv: list[str]) -> int:
+def main(argv: list[str]) -> int:
     """Fit both profiles on development recordings."""
     parser = argparse.ArgumentParser(
         prog="surefetch study fit",
@@ -81,34 +69,7 @@ def main_fit(argv: list[str]) -> int:
             parameters = turned_on(parameters, stories, SWITCHES.keys() - set(asked.without))
         write_parameters(asked.out / f"{profile}.json", parameters)
     print(_switch_report(stories, lambda half: fitted("extended", half, origin, attempts, cell)))
-    print(_fit_report(total(stories), origin, asked.out))
-    return 0
-
-
-def main_calibrate(argv: list[str]) -> int:
-    """Calibrate fitted parameters on calibration recordings."""
-    parser = argparse.ArgumentParser(
-        prog="surefetch study calibrate",
-        description="Find the conformal thresholds of fitted parameters, one for the whole belief "
-        "and one for each ablation that changes it, along exhaustive-look paths of calibration "
-        "recordings; rewrites FOLDER/PROFILE.json.",
-        epilog="example: surefetch study calibrate calibration --parameters fitted",
-    )
-    parser.add_argument("recordings", type=Path, metavar="DIR")
-    parser.add_argument("--parameters", type=Path, required=True, metavar="FOLDER")
-    parser.add_argument("--profile", choices=PROFILES, help="only this one")
-    asked = parser.parse_args(argv)
-    for profile in PROFILES if asked.profile is None else (asked.profile,):
-        path = asked.parameters / f"{profile}.json"
-        calibrated = with_threshold(read_parameters(path), asked.recordings, simulated_cell())
-        write_parameters(path, calibrated)
-        for variant, found in calibrated.calibrations.items():
-            low, high = found.coverage_range
-            print(
-                f"{profile}, {variant}: q_hat {found.q_hat} from {found.provenance.n_episodes} "
-                f"episodes; true coverage between {low:.3f} and {high:.3f} (5 % to 95 %)."
-            )
-        print(f"Wrote {path}.")
+    print(_fit_report(total(stories, "extended"), origin, asked.out))
     return 0
 
 
@@ -120,19 +81,21 @@ def tell_all(folder: Path, cell: Cell) -> tuple[list[Story], Provenance]:
     for recording, truth in track(
         recording_store.load_all(folder), "counting", total=len(scenes), transient=True
     ):
-        backend = _one_backend(backend, recording)
+        backend = one_backend(backend, recording)
         stories.append(_story(recording, truth, cell))
-    return stories, _provenance(cell, backend, "development", scenes, "")
+    return stories, provenance(cell, backend, "development", scenes, "")
 
 
 def _story(recording: Recording, truth: RecordingTruth, cell: Cell) -> Story:
-    exhaustive = exhaustive_path(recording.covered, cell)
-    walks = {
-        path: walk(recording, truth, path, cell, fresh_belief(None), profile="paper")
-        for path in paths(recording.covered, cell)
+    allowed = {profile: allowed_sequences(recording, profile, cell) for profile in PROFILES}
+    every = dict.fromkeys(path for found in allowed.values() for path in found)
+    begin = EpisodeBelief(BEFORE_FITTING)
+    looks = looks_along(recording, truth, every, cell, begin, step, profile="extended")
+    counts = {
+        profile: fit.count({path: looks[path] for path in found}, longest(found), truth.relation)
+        for profile, found in allowed.items()
     }
-    counts = fit.count(walks, exhaustive, truth.relation)
-    return tell(recording, truth, walks[exhaustive], counts)
+    return tell(recording, truth, looks[longest(every)], counts)
 
 
 def fitted(
@@ -143,7 +106,7 @@ def fitted(
     cell: Cell,
 ) -> Parameters:
     """Parameters of one profile, all switches off; `paper` keeps the printed priors."""
-    counts = total(stories)
+    counts = total(stories, profile)
     priors = PRINTED if profile == "paper" else _priors(counts, attempts, cell)
     return Parameters(
         profile=profile,
@@ -172,57 +135,6 @@ def _priors(counts: fit.Counts, attempts: Sequence[trials.Attempt] | None, cell:
     )
 
 
-def with_threshold(parameters: Parameters, folder: Path, cell: Cell) -> Parameters:
-    """The parameters with the threshold that calibration recordings give each variant."""
-    scenes = recording_store.scenes(folder)
-    splits.require("calibration", [seed for _, seed in scenes], "study calibrate")
-    used = scenes[: calibrate.episodes_for(parameters.profile, len(scenes))]
-    scores: dict[str, list[float]] = {variant: [] for variant in VARIANTS}
-    backend = ""
-    for family, seed in track(used, f"scoring {parameters.profile}", transient=True):
-        recording = recording_store.load(folder, family, seed)
-        truth = recording_store.load_truth(folder, family, seed)
-        backend = _one_backend(backend, recording)
-        check_origin(parameters, cell=recording.cell, backend=recording.backend)
-        for variant, found in scores.items():
-            looks = _exhaustive(recording, truth, cell, parameters, variant)
-            found.append(calibrate.score(looks))
-    origin = _provenance(cell, backend, "calibration", used, "exhaustive-look paths")
-    made = {variant: _calibration(found, origin) for variant, found in scores.items()}
-    return msgspec.structs.replace(parameters, calibrations=parameters.calibrations | made)
-
-
-def _calibration(scores: Sequence[float], origin: Provenance) -> Calibration:
-    found = calibrate.calibrate(scores, ALPHA)
-    return Calibration(
-        q_hat="inf" if math.isinf(found.q_hat) else found.q_hat,
-        alpha="0.1",
-        scores=Scores(smallest=min(scores), median=statistics.median(scores), largest=max(scores)),
-        coverage_range=found.true_coverage,
-        provenance=origin,
-    )
-
-
-def _exhaustive(
-    recording: Recording, truth: RecordingTruth, cell: Cell, parameters: Parameters, variant: str
-) -> list[Look]:
-    path = exhaustive_path(recording.covered, cell)
-    believe = fresh_variant(parameters, variant, math.inf)
-    return walk(
-        recording, truth, path, cell, believe,
-        profile=parameters.profile, remembers=remembers(variant),
-    )  # fmt: skip
-
-
-def _one_backend(earlier: str, recording: Recording) -> str:
-    if earlier not in ("", recording.backend):
-        raise BadInput(
-            f"the recordings come from two perceptions, {earlier} and {recording.backend}; "
-            "parameters belong to one. Keep them in folders of their own."
-        )
-    return recording.backend
-
-
 def _uncalibrated(origin: Provenance) -> Calibration:
     return Calibration(
         q_hat="inf",
@@ -233,31 +145,6 @@ def _uncalibrated(origin: Provenance) -> Calibration:
             origin, split="none", n_episodes=0, seeds="", note="not calibrated yet"
         ),
     )
-
-
-def _provenance(
-    cell: Cell, backend: str, split: str, scenes: Iterable[tuple[str, int]], note: str
-) -> Provenance:
-    chosen = list(scenes)
-    return Provenance(
-        cell=cell.name,
-        backend=backend,
-        split=split,
-        n_episodes=len(chosen),
-        seeds=_ranges(sorted({seed for _, seed in chosen})),
-        note=note,
-    )
-
-
-def _ranges(seeds: Sequence[int]) -> str:
-    """Sorted seeds as half-open ranges, ``"100000:100040 100050:100060"``."""
-    runs: list[list[int]] = []
-    for seed in seeds:
-        if runs and runs[-1][1] == seed:
-            runs[-1][1] = seed + 1
-        else:
-            runs.append([seed, seed + 1])
-    return " ".join(f"{start}:{stop}" for start, stop in runs)
 
 
 def read_attempts(path: Path) -> list[trials.Attempt]:

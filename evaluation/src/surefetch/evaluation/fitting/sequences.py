@@ -1,0 +1,91 @@
+"""Sequences of information actions through recorded states, and the looks along them. Pure."""
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Final
+
+from surefetch.belief.episode import EpisodeBelief
+from surefetch.common.cell import Cell
+from surefetch.common.messages import BeliefReply, Update
+from surefetch.evaluation.recordings.recording import (
+    Path,
+    Recording,
+    RecordingTruth,
+    State,
+    after,
+    first_state,
+    state_after,
+)
+from surefetch.evaluation.recordings.walk import Look, look_of, update_after
+
+Believed = Callable[[EpisodeBelief, Update], tuple[EpisodeBelief, BeliefReply]]
+"""One step of the belief, from one frozen belief to the next."""
+
+
+VIEWS_WHILE_COVERED: Final = {"paper": False, "extended": True}
+"""By profile, whether a view may be taken of a covered container."""
+
+
+def allowed_sequences(recording: Recording, profile: str, cell: Cell) -> list[Path]:
+    """All that visit each (view, cover) state at most once, the longer after their beginnings.
+
+    Args:
+        recording: only its recorded states are visited.
+        profile: whose actions they are.
+        cell: whose information actions are taken.
+    """
+    views_while_covered = VIEWS_WHILE_COVERED[profile]
+    recorded = {shot.state for shot in recording.shots}
+
+    def grow(path: Path, state: State, visited: frozenset[State]) -> Iterator[Path]:
+        yield path
+        for row in cell.informs:
+            then = after(state, row)
+            under_lid = row.kind == "view" and row.requires == "open" and state.cover == "closed"
+            needs_lid = row.kind == "remove_cover" and state.cover != "closed"
+            out = needs_lid or (under_lid and not views_while_covered)
+            if not out and then in recorded - visited:
+                yield from grow((*path, row.name), then, visited | {then})
+
+    first = first_state(recording.covered)
+    return list(grow((), first, frozenset({first})))
+
+
+def longest(found: Iterable[Path]) -> Path:
+    """The sequence that sees the most states, the first of equals."""
+    return max(found, key=len)
+
+
+def looks_along(
+    recording: Recording,
+    truth: RecordingTruth,
+    found: Iterable[Path],
+    cell: Cell,
+    begin: EpisodeBelief,
+    step: Believed,
+    *,
+    profile: str,
+    remembers: bool = True,
+) -> dict[Path, list[Look]]:
+    """The looks of every sequence; what sequences begin with alike is believed once.
+
+    Args:
+        recording: the scene.
+        truth: the scorer's file of it.
+        found: sequences, each after its beginnings.
+        cell: of the recording.
+        begin: the belief before the first look.
+        step: what believes a look.
+        profile: named in the updates.
+        remembers: False: a track is gone with the look that showed it.
+    """
+    beliefs: dict[Path, EpisodeBelief] = {}
+    looks: dict[Path, list[Look]] = {}
+    for path in found:
+        before = looks[path[:-1]] if path else []
+        update = update_after(recording, path, cell, profile)
+        beliefs[path], reply = step(beliefs[path[:-1]] if path else begin, update)
+        bodies = truth.bodies(state_after(path, recording.covered, cell))
+        last = before[-1] if before else None
+        look = look_of(update, reply, bodies, truth, last, remembers=remembers)
+        looks[path] = [*before, look]
+    return looks
