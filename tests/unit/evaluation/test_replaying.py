@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import msgspec
@@ -19,13 +19,23 @@ from surefetch.evaluation.policies.observation import Observation, Policy
 from surefetch.evaluation.policies.planned import Planned
 from surefetch.evaluation.policies.registry import ORACLE, POLICIES
 from surefetch.evaluation.recordings.recording import Recording, RecordingTruth
-from surefetch.evaluation.replaying import command
+from surefetch.evaluation.replaying import command, manifest, results
 from surefetch.evaluation.replaying.beliefs import Beliefs
-from surefetch.evaluation.replaying.episode import Errand, Played, play
-from surefetch.evaluation.replaying.evaluate import contender, evaluate
+from surefetch.evaluation.replaying.contenders import contender
+from surefetch.evaluation.replaying.episode import OUT_OF_RECORDING, Errand, Played, play
+from surefetch.evaluation.replaying.evaluate import Conditions, evaluate
+from surefetch.evaluation.replaying.injections import (
+    KINDS,
+    Injection,
+    Injector,
+    Kind,
+    kind_of,
+    parse,
+)
 from surefetch.evaluation.replaying.outcomes import Outcomes, Rates
+from surefetch.evaluation.replaying.recorded_world import RecordedWorld
+from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.replaying.scene import ready
-from surefetch.evaluation.replaying.world import RecordedWorld
 from surefetch.planner.profiles import PROFILES
 
 NEVER_FAILS = Rates(1.0, 1.0, 1.0)
@@ -63,16 +73,28 @@ def replayed(
     recorded: tuple[Recording, RecordingTruth],
     profile: str = "extended",
     fails: Mapping[str, Sequence[str]] | None = None,
+    injected: tuple[Injection, ...] = (),
 ) -> Played:
     recording, truth = recorded
     scene = ready(recording, truth)
-    world = RecordedWorld(scene, ByScript(recording.family, 0, NEVER_FAILS, fails or {}))
+    outcomes = ByScript(recording.family, 0, NEVER_FAILS, fails=fails or {})
+    world = RecordedWorld(scene, outcomes, Injector(recording.family, 0, injected))
     parameters = numbers(profile)
     errand = Errand(recording.target, CELL, parameters, PROFILES[profile])
-    beliefs = Beliefs(
-        scene.shots, recording.target.relation, recording.backend, parameters, "full", 0.9
-    )
+    beliefs = Beliefs(recording.target.relation, recording.backend, parameters, "full", 0.9)
     return play(policy, errand, world, beliefs, np.random.default_rng(0))
+
+
+def evaluated(
+    recorded: Sequence[tuple[Recording, RecordingTruth]],
+    labels: Sequence[str],
+    conditions: Conditions,
+    profile: str = "extended",
+) -> dict[str, list[EpisodeResult]]:
+    parameters = {name: numbers(name) for name in PROFILES}
+    contenders = [contender(label, profile, parameters) for label in labels]
+    played = [list(evaluate(ready(*one), contenders, CELL, conditions)) for one in recorded]
+    return {label: [scene[n] for scene in played] for n, label in enumerate(labels)}
 
 
 def names(taken: Sequence[Choice]) -> list[str]:
@@ -153,14 +175,25 @@ def test_the_first_try_comes_out_the_same_whenever_it_is_made() -> None:
     tables = [
         record(TABLES["one is clear"], wanted=0, seed=seed) for seed in range(100_000, 100_200)
     ]
-    parameters = {profile: numbers(profile) for profile in PROFILES}
-    contenders = [
-        contender(name, "paper", parameters) for name in ("greedy", "exhaustive-look", ORACLE)
-    ]
-    scored = evaluate(tables, contenders, CELL, Rates(view=1.0, grasp=0.5)).scored
-    ends = [[episode.verdict for episode in scored[c.name]] for c in contenders]
+    labels = ("greedy", "exhaustive-look", ORACLE)
+    played = evaluated(tables, labels, Conditions(Rates(view=1.0, grasp=0.5)), "paper")
+    ends = [[episode.verdict for episode in played[label]] for label in labels]
     assert ends[0] == ends[1] == ends[2]
     assert 60 < ends[0].count("grasp_failed") < 140
+
+
+def test_equal_looks_at_one_scene_deliver_the_same_to_every_policy() -> None:
+    """By belief, profile and policy nothing differs but what is made of it."""
+    recorded = [record(table, wanted=0 if table.things else None) for table in TABLES.values()]
+    labels = [f"{name}@{profile}" for name in POLICIES for profile in PROFILES
+              if name not in ("ours", "paper-method")]  # fmt: skip
+    for scene in zip(*evaluated(recorded, labels, Conditions(NEVER_FAILS)).values(), strict=True):
+        delivered: dict[tuple[tuple[str, str, bool], ...], str] = {}
+        for episode in scene:
+            for n, step in enumerate(episode.steps):
+                looks = tuple((s.view, s.cover, s.counted) for s in episode.steps[: n + 1])
+                assert delivered.setdefault(looks, step.delivered) == step.delivered
+        assert len(set(delivered.values())) == len(delivered)
 
 
 @pytest.mark.parametrize(("rate", "low", "high"), [(0.0, 0, 0), (0.9, 420, 480), (1.0, 500, 500)])
@@ -176,10 +209,11 @@ def test_where_no_body_is_nothing_is_grasped() -> None:
 def test_what_was_not_recorded_ends_the_episode_and_is_counted() -> None:
     recording, truth = record(TABLES["it must be looked at"], wanted=0)
     short = msgspec.structs.replace(recording, shots=recording.shots[:1])
-    one = contender("ours", "extended", {profile: numbers(profile) for profile in PROFILES})
-    results = evaluate([(short, truth)], [one], CELL, NEVER_FAILS)
-    assert [episode.verdict for episode in results.scored["ours"]] == ["aborted"]
-    assert "partial:100000 was recorded without the view" in results.left_recording["ours"][0]
+    (episode,) = evaluated([(short, truth)], ["ours"], Conditions(NEVER_FAILS))["ours"]
+    assert (episode.verdict, episode.reason) == ("aborted", OUT_OF_RECORDING)
+    assert "partial:100000 was recorded without the view" in episode.why
+    assert episode.actions == ("right",)
+    assert len(episode.steps) == 1
 
 
 def test_a_cover_that_only_perception_sees_leads_out_of_the_recording() -> None:
@@ -194,11 +228,9 @@ def test_a_cover_that_only_perception_sees_leads_out_of_the_recording() -> None:
         msgspec.structs.replace(s, state=msgspec.structs.replace(s.state, cover="none"))
         for s in truth.shots[:1]
     ]
-    one = contender("exhaustive-look", "paper", {p: numbers(p) for p in PROFILES})
-    results = evaluate(
-        [(wrong, msgspec.structs.replace(truth, shots=tuple(truths)))], [one], CELL, NEVER_FAILS
-    )
-    assert "where no cover is on" in results.left_recording["exhaustive-look"][0]
+    none = msgspec.structs.replace(truth, shots=tuple(truths))
+    played = evaluated([(wrong, none)], ["exhaustive-look"], Conditions(NEVER_FAILS), "paper")
+    assert "where no cover is on" in played["exhaustive-look"][0].why
 
 
 class Careless:
@@ -221,14 +253,87 @@ def test_an_episode_ends_at_the_profile_s_last_action() -> None:
 
 
 def test_the_oracle_opens_only_for_what_is_under_the_cover() -> None:
-    parameters = {profile: numbers(profile) for profile in PROFILES}
     covered = TABLES["it is under the cover"]
     scenes = [record(covered, wanted=w, seed=100_000 + n) for n, w in enumerate((0, 1, None))]
-    one = contender(ORACLE, "extended", parameters)
-    episodes = evaluate(scenes, [one], CELL, NEVER_FAILS).scored[ORACLE]
+    episodes = evaluated(scenes, [ORACLE], Conditions(NEVER_FAILS))[ORACLE]
     assert [e.verdict for e in episodes] == ["success"] * 3
-    assert [e.actions for e in episodes] == [2, 1, 0]
+    assert [e.n_actions for e in episodes] == [2, 1, 0]
+    assert [e.outcome for e in episodes] == ["grasped", "grasped", "deferred"]
     assert episodes[0].cost == pytest.approx(0.168)
+
+
+def test_an_episode_is_written_down_as_it_was_played() -> None:
+    scene = record(TABLES["it is under the cover"], wanted=0)
+    (episode,) = evaluated([scene], ["ours"], Conditions(NEVER_FAILS))["ours"]
+    assert (episode.policy, episode.profile, episode.variant) == ("ours", "extended", "full")
+    assert episode.actions == (
+        "remove_cover", "right", f"grasp {episode.grasps[0].track} inside"
+    )  # fmt: skip
+    assert [s.action for s in episode.steps] == list(episode.actions)
+    assert [s.cover for s in episode.steps] == ["closed", "open", "open"]
+    assert episode.steps[0].z_true == "unobs"
+    assert {s.z_true for s in episode.steps[1:]} == {f"{episode.grasps[0].track}:inside"}
+    assert (episode.grasps[0].on_target, episode.grasps[0].held) == (True, True)
+    assert episode.commit_p == episode.grasps[0].p == episode.steps[2].p_true
+    assert episode.cost == pytest.approx(0.172)
+    assert all(step.because for step in episode.steps)
+
+
+def test_a_defer_is_scored_by_the_best_grasp_that_was_open() -> None:
+    scene = record(TABLES["two fit"], wanted=0)
+    (episode,) = evaluated([scene], ["always-defer"], Conditions(NEVER_FAILS))["always-defer"]
+    assert (episode.verdict, episode.actions) == ("false_defer", ("defer",))
+    assert episode.commit_p == max(episode.steps[0].belief.values())
+    assert episode.realized_cost == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("of", TABLES)
+def test_an_injected_failure_changes_only_what_is_reported(kind: Kind, of: str) -> None:
+    """Under rules that outlive failure, the same end comes one action of this kind later."""
+    recorded = record(TABLES[of], wanted=0 if TABLES[of].things else None)
+    plain = replayed(Planned(), recorded)
+    struck = replayed(Planned(), recorded, injected=(Injection(kind, 1),))
+    mine = [m for m in plain.moments if m.choice is not None and kind_of_choice(m.choice) == kind]
+    assert len(struck.taken) - len(plain.taken) == (1 if mine else 0)
+    assert (struck.end.outcome, struck.end.track) == (plain.end.outcome, plain.end.track)
+    failed = [m.report for m in struck.moments if m.report and not m.report.done]
+    assert [(r.injected, r.done) for r in failed] == [(True, False)] * bool(mine)
+
+
+def kind_of_choice(choice: Choice) -> str:
+    if isinstance(choice, Inform):
+        return kind_of(CELL.inform(choice.name))
+    return "grasp" if isinstance(choice, Grasp) else ""
+
+
+def test_an_injected_failure_uses_up_no_attempt() -> None:
+    """The first real attempt fails; reported failures before it do not take its place."""
+    recorded = record(TABLES["one is clear"], wanted=0)
+    played = replayed(
+        Planned(), recorded, fails={"grasp": ["failed"]}, injected=(Injection("grasp", 1),)
+    )
+    reports = [m.report for m in played.moments if isinstance(m.choice, Grasp)]
+    assert [(r.done, r.injected) for r in reports if r] == [
+        (False, True), (False, False), (True, False)
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("rate", "low", "high"), [(0.2, 150, 250), (1.0, 1000, 1000)])
+def test_failures_are_injected_at_their_rate(rate: float, low: int, high: int) -> None:
+    one = Injection("view", rate=rate)
+    assert low <= sum(one.strikes("partial", seed, 1) for seed in range(1000)) <= high
+
+
+@pytest.mark.parametrize("word", ["view@1", "grasp@2", "cover@0.25", "view@1.0"])
+def test_what_is_injected_can_be_said_and_read(word: str) -> None:
+    assert str(parse(word)) == word
+
+
+@pytest.mark.parametrize("word", ["", "view", "view@", "view@0", "view@-1", "view@2.0", "lid@1"])
+def test_what_cannot_be_injected_is_refused(word: str) -> None:
+    with pytest.raises(BadInput, match="grasp@1"):
+        parse(word)
 
 
 def test_an_uncalibrated_belief_is_refused_with_the_command() -> None:
@@ -271,6 +376,48 @@ def test_the_command_prints_tables_and_what_they_assume(
     assert "paper-method" in told
     assert "realised cost" in told
     assert "feasible" in told
+
+
+def test_what_was_played_is_not_played_again(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--recordings", str(folder / "recordings"), "--parameters", str(folder)]
+    words += ["--out", str(folder / "results"), "--json"]
+    assert command.main([*words, "--policies", "ours"]) == 0
+    first = (folder / "results/ours.jsonl").read_bytes()
+    assert command.main([*words, "--policies", "greedy@paper,ours", "--jobs", "2"]) == 0
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert list(told["policies"]) == ["greedy@paper", "ours"]
+    assert (folder / "results/ours.jsonl").read_bytes() == first
+    found = manifest.read(folder / "results")
+    assert found is not None and set(found.policies) == {"ours", "greedy@paper"}
+
+
+def test_a_policy_that_changed_is_played_again(folder: Path) -> None:
+    words = ["--recordings", str(folder / "recordings"), "--parameters", str(folder)]
+    words += ["--out", str(folder / "results"), "--json", "--policies", "greedy"]
+    assert command.main(words) == 0
+    found = manifest.read(folder / "results")
+    assert found is not None
+    was = {"greedy": {**found.policies["greedy"], "code": "another"}}
+    manifest.write(folder / "results", replace(found, policies=was))
+    (folder / "results/greedy.jsonl").write_text("")
+    assert command.main(words) == 0
+    assert len(results.read(folder / "results", "greedy")) == len(TABLES)
+
+
+def test_results_of_other_outcomes_are_not_mixed(folder: Path) -> None:
+    words = ["--recordings", str(folder / "recordings"), "--parameters", str(folder)]
+    words += ["--out", str(folder / "results"), "--policies", "greedy", "--json"]
+    assert command.main(words) == 0
+    with pytest.raises(BadInput, match="other outcomes"):
+        command.main([*words, "--outcome-seed", "1"])
+
+
+@pytest.mark.parametrize("label", ["ours@paper", "greedy@none", "nobody"])
+def test_a_policy_with_a_profile_that_it_cannot_have_is_refused(label: str) -> None:
+    with pytest.raises(BadInput):
+        contender(label, "extended", {profile: numbers(profile) for profile in PROFILES})
 
 
 def test_recordings_of_another_perception_are_refused(folder: Path) -> None:

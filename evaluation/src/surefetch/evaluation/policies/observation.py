@@ -81,8 +81,17 @@ class Observation:
 
 
 class Policy(Protocol):
-    """One episode's decisions. A fresh one is made for each episode."""
+    """One episode's decisions. A fresh one is made for each episode.
+
+    A policy that explains itself keeps the words for its latest action in `because`.
+    """
 
     def act(self, now: Observation, /) -> Choice | None:
         """The next action: one of `now.informs` or `now.grasps`, or to defer. None: no action."""
         ...
+
+
+def words_of(policy: Policy) -> str:
+    """Why the policy took its latest action; empty where it does not say."""
+    because: object = getattr(policy, "because", "")
+    return because if isinstance(because, str) else ""

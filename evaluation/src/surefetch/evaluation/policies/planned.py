@@ -12,19 +12,22 @@ from surefetch.planner.search import solve
 from surefetch.planner.situation import Errand
 
 
-@dataclass(frozen=True)
+@dataclass
 class Planned:
     """Exactly what the planner service would do, but for its switches."""
 
     options: Options = field(default_factory=Options)
     pooled_views: bool = False
     """What is foreseen leans on observations pooled over views."""
+    because: str = field(default="", init=False, repr=False, compare=False)
 
     def act(self, now: Observation) -> Choice | None:
         """The action of the lowest cost."""
         policy = profiles.Policy("replayed", now.profile, lambda p: self._solve(p, now))
         errand = Errand(now.target, AFTER_GRASP, policy, now.parameters, now.cell)
-        return decide(errand, now.situation).choice
+        decision = decide(errand, now.situation)
+        self.because = decision.because
+        return decision.choice
 
     def _solve(self, problem: Problem, now: Observation) -> Solution:
         if self.pooled_views:

@@ -3,23 +3,26 @@
 import argparse
 import json
 import sys
-from collections.abc import Iterator
+import tempfile
 from pathlib import Path
+from typing import Final
 
 from rich.console import Console
 from rich.progress import track
 
-from surefetch.common.cell import simulated_cell
 from surefetch.common.errors import BadInput
-from surefetch.common.parameters import PROFILES, profile_parameters
+from surefetch.common.parameters import PROFILES
 from surefetch.common.policies import DEFAULT_PROFILE, OWN_PROFILE
 from surefetch.evaluation.policies import registry
 from surefetch.evaluation.recordings import recording_store
-from surefetch.evaluation.recordings.recording import Recording, RecordingTruth
-from surefetch.evaluation.replaying import printing
-from surefetch.evaluation.replaying.evaluate import Results, contender, evaluate
+from surefetch.evaluation.replaying import campaign, injections, manifest, printing, results
+from surefetch.evaluation.replaying.campaign import Campaign
+from surefetch.evaluation.replaying.evaluate import Conditions
+from surefetch.evaluation.replaying.manifest import Manifest
 from surefetch.evaluation.replaying.outcomes import Rates
+from surefetch.evaluation.replaying.results import EpisodeResult
 
+MOST_JOBS: Final = 64
 RATES = Rates()
 NOTES = (
     f"Outcomes are drawn (removal {RATES.remove}, view {RATES.view}, grasp {RATES.grasp}: assumed, "
@@ -31,21 +34,62 @@ NOTES = (
 
 
 def main(argv: list[str]) -> int:
-    """Replay policies and print what came of it."""
+    """Play what was not played yet, and print what came of it."""
     asked = _parser().parse_args(argv)
-    names = _names(asked.policies)
-    parameters = {name: profile_parameters(name, asked.parameters) for name in PROFILES}
-    contenders = [contender(name, asked.profile, parameters) for name in names]
-    results = evaluate(_scenes(asked.recordings), contenders, simulated_cell(), RATES)
     notes = Console(stderr=True) if asked.json else Console()
-    for note in (*NOTES, *_left(results)):
+    wanted = _campaign(asked)
+    with tempfile.TemporaryDirectory() as nowhere:
+        out = asked.out or Path(nowhere)
+        _play(wanted, out, asked.jobs, f"surefetch study evaluate {' '.join(argv)}")
+        played = {label: results.read(out, label) for label in wanted.policies}
+    for note in (*NOTES, *printing.left(played)):
         notes.print(note, highlight=False)
     if asked.json:
-        sys.stdout.write(json.dumps(printing.plain(results.scored)) + "\n")
+        sys.stdout.write(json.dumps(printing.plain(played)) + "\n")
         return 0
     for table in (printing.successes, printing.endings, printing.efforts):
-        notes.print(table(results.scored))
+        notes.print(table(played))
     return 0
+
+
+def _play(wanted: Campaign, out: Path, jobs: int, command: str) -> None:
+    """Play the policies that are not there yet, as they are now."""
+    found = manifest.begin(out, manifest.made_with(wanted))
+    now = {one.label: manifest.played_as(one, command) for one in wanted.contenders()}
+    todo = [label for label in now if not manifest.is_played(out, found, label, now[label])]
+    if not todo:
+        return
+    played = _scenes(wanted.of(todo), jobs)
+    kept = {name: told for name, told in found.policies.items() if name not in todo}
+    manifest.write(out, Manifest(found.made_with, kept))
+    for label in todo:
+        results.write(out, label, (e for scene in played for e in scene if e.policy == label))
+    manifest.write(out, Manifest(found.made_with, kept | {label: now[label] for label in todo}))
+
+
+def _scenes(wanted: Campaign, jobs: int) -> list[list[EpisodeResult]]:
+    n = len(recording_store.scenes(wanted.recordings))
+    console = Console(stderr=True)
+    running = campaign.run(wanted, jobs)
+    return list(track(running, "replaying", total=n, transient=True, console=console))
+
+
+def _campaign(asked: argparse.Namespace) -> Campaign:
+    injected = tuple(injections.parse(word) for word in asked.inject or ())
+    return Campaign(
+        recordings=asked.recordings,
+        policies=_names(asked.policies),
+        profile=asked.profile,
+        parameters=asked.parameters,
+        conditions=Conditions(RATES, asked.outcome_seed, injected),
+    )
+
+
+def _names(listed: str) -> tuple[str, ...]:
+    names = [name.strip() for name in listed.split(",") if name.strip()]
+    if not names:
+        raise BadInput("--policies names none. Name some, with commas between: ours,paper-method")
+    return tuple(dict.fromkeys(names))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -54,15 +98,17 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="surefetch study evaluate",
         description="Replay policies on recorded scenes: successes by family with Wilson "
-        "intervals, endings, actions and costs.",
-        epilog="example: surefetch study evaluate --recordings dev --policies ours,paper-method,a6",
+        "intervals, endings, actions and costs. What is in the folder of results already is not "
+        "played again.",
+        epilog="example: surefetch study evaluate --recordings dev --out results "
+        "--policies ours,paper-method,a6,exhaustive-look@paper",
     )
     parser.add_argument("--recordings", type=Path, required=True, metavar="DIR")
     parser.add_argument(
         "--policies",
         required=True,
         metavar="A,B,…",
-        help=f"{known}, or package.module:Class of your own",
+        help=f"{known}, or package.module:Class of your own; each may end in @PROFILE",
     )
     parser.add_argument(
         "--profile",
@@ -73,31 +119,25 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--parameters", type=Path, metavar="FOLDER", help="default: those that ship"
     )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="where every episode is kept; default: nowhere"
+    )
+    parser.add_argument("--jobs", type=_jobs, default=1, metavar="N", help="processes")
+    parser.add_argument(
+        "--outcome-seed", type=int, default=0, metavar="K", help="another draw of the outcomes"
+    )
+    parser.add_argument(
+        "--inject",
+        action="append",
+        metavar="KIND@K",
+        help="report the K-th grasp, view or cover removal of every episode as failed; view@0.2: "
+        "each with this chance",
+    )
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
 
 
-def _names(listed: str) -> list[str]:
-    names = [name.strip() for name in listed.split(",") if name.strip()]
-    if not names:
-        raise BadInput("--policies names none. Name some, with commas between: ours,paper-method")
-    return list(dict.fromkeys(names))
-
-
-def _scenes(folder: Path) -> Iterator[tuple[Recording, RecordingTruth]]:
-    n = len(recording_store.scenes(folder))
-    return iter(
-        track(
-            recording_store.load_all(folder), "replaying", total=n, transient=True,
-            console=Console(stderr=True),
-        )
-    )  # fmt: skip
-
-
-def _left(results: Results) -> Iterator[str]:
-    for name, why in results.left_recording.items():
-        if why:
-            yield (
-                f"{name} left the recording in {len(why)} episodes, which count as aborted. "
-                f"First: {why[0]}"
-            )
+def _jobs(word: str) -> int:
+    if word.isascii() and word.isdigit() and 1 <= int(word) <= MOST_JOBS:
+        return int(word)
+    raise argparse.ArgumentTypeError(f"a whole number from 1 to {MOST_JOBS}")

@@ -1,12 +1,11 @@
 """One replayed episode: the planner's turns, over a recorded world in the place of the services.
 
-State, viewing conditions, failure rules and endings are the planner's own code. A recording does
-not tell what the robot could do, so every view, removal and grasp counts as feasible.
+State, viewing conditions, failure rules and endings are the planner's own code.
 """
 
-from collections.abc import Iterable
+import time
 from dataclasses import dataclass, replace
-from typing import assert_never
+from typing import Final, assert_never
 
 import numpy as np
 
@@ -19,20 +18,28 @@ from surefetch.common.messages import (
     Feasibility,
     FrameInfo,
     Grasp,
-    GraspVerdict,
     Inform,
-    InformVerdict,
     Observations,
     Target,
 )
 from surefetch.common.parameters import Parameters
-from surefetch.evaluation.policies.observation import Observation, Policy
+from surefetch.evaluation.policies.observation import Observation, Policy, words_of
 from surefetch.evaluation.replaying.beliefs import Beliefs, Heard, History
-from surefetch.evaluation.replaying.world import RecordedWorld
-from surefetch.planner import actions, endings
+from surefetch.evaluation.replaying.world import OutOfRecording, Report, World
+from surefetch.planner import endings
 from surefetch.planner.account import End
-from surefetch.planner.episode_state import EpisodeState, given_up, grasped_at, informed, look
+from surefetch.planner.episode_state import (
+    EpisodeState,
+    believe,
+    given_up,
+    grasped_at,
+    informed,
+    look,
+)
 from surefetch.planner.profiles import Profile
+
+OUT_OF_RECORDING: Final = "out_of_recording"
+"""Reason of the end of an episode that the recording does not cover."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,59 +53,103 @@ class Errand:
 
 
 @dataclass(frozen=True, eq=False)
+class Moment:
+    """One look, what was believed after it, and what was done on it."""
+
+    heard: Heard
+    delivered: str
+    believed: BeliefReply
+    now: Observation | None = None
+    """What the policy was told; None: it was not asked any more."""
+    choice: Choice | None = None
+    because: str = ""
+    planning_s: float = 0.0
+    report: Report | None = None
+    """What came of it; None: it was not carried out."""
+
+
+@dataclass(frozen=True, eq=False)
 class Turn:
     """Between two actions."""
 
     state: EpisodeState
-    heard: History = ()
-    taken: tuple[Choice, ...] = ()
+    moments: tuple[Moment, ...] = ()
+
+    @property
+    def heard(self) -> History:
+        """All looks."""
+        return tuple(moment.heard for moment in self.moments)
+
+    def after(self, **changes: object) -> "Turn":
+        """With more known of the latest moment."""
+        *before, last = self.moments
+        return replace(self, moments=(*before, replace(last, **changes)))  # type: ignore[arg-type]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Played:
-    """How an episode ended."""
+    """How an episode went, and how it ended."""
 
     end: End
-    taken: tuple[Choice, ...]
-    """Every action, in order; a defer included."""
-    n_tracks: int
-    """At the end."""
+    turn: Turn
+    """The last."""
+
+    @property
+    def moments(self) -> tuple[Moment, ...]:
+        """One for each look."""
+        return self.turn.moments
+
+    @property
+    def taken(self) -> tuple[Choice, ...]:
+        """Every action, in order; a defer included."""
+        return tuple(m.choice for m in self.moments if m.choice is not None and m.report)
 
 
 def play(
-    policy: Policy, errand: Errand, world: RecordedWorld, beliefs: Beliefs, rng: np.random.Generator
+    policy: Policy,
+    errand: Errand,
+    world: World,
+    beliefs: Beliefs,
+    rng: np.random.Generator,
+    turn: Turn | None = None,
 ) -> Played:
-    """Turn after turn until it is over.
+    """Turn after turn until it is over, from the beginning or from where another world was left.
 
     Raises:
-        OutOfRecording: the policy went where nothing was recorded.
         BadInput: the policy took an action that was not open.
     """
-    turn = Turn(EpisodeState(view=errand.cell.views[0].name))
-    while True:
-        turn = _look(turn, errand, world)
-        believed = beliefs.after(turn.heard)
-        lost = given_up(turn.state, errand.profile.tries)
-        if lost and not errand.profile.outlives_failure:
-            end: End | None = endings.look_failed(lost, errand.cell, "")
-        else:
-            now = _observation(turn.state, errand, believed, lost, rng)
-            choice = policy.act(now)
-            turn, end = _act(turn, errand, world, now, choice)
-        if end is not None:
-            return Played(end, turn.taken, len(believed.tracks))
+    turn = turn or Turn(EpisodeState(view=errand.cell.views[0].name))
+    end: End | None = None
+    try:
+        while end is None:
+            turn, feasibility = _look(turn, errand, world, beliefs)
+            lost = given_up(turn.state, errand.profile.tries)
+            if lost and not errand.profile.outlives_failure:
+                end = endings.look_failed(lost, errand.cell, "")
+            else:
+                turn = _decide(turn, errand, feasibility, lost, policy, rng)
+                turn, end = _act(turn, errand, world)
+    except OutOfRecording as left:
+        end = End("aborted", OUT_OF_RECORDING, str(left))
+    return Played(end, turn)
 
 
-def _look(turn: Turn, errand: Errand, world: RecordedWorld) -> Turn:
+def _look(turn: Turn, errand: Errand, world: World, beliefs: Beliefs) -> tuple[Turn, Feasibility]:
     view = turn.state.view
-    seen = world.see(view)
-    state, looked = look(turn.state, errand.cell.informs, _frame(view, seen), seen)
-    heard = Heard(world.state(view), looked.q, looked.counted, state.cover == "covered")
-    return replace(turn, state=replace(state, step=state.step + 1), heard=(*turn.heard, heard))
+    sight = world.see(view)
+    frame = _frame(view, sight.seen)
+    state, looked = look(turn.state, errand.cell.informs, frame, sight.seen)
+    covered = state.cover == "covered"
+    heard = Heard(sight.state, looked.q, looked.counted, covered, sight.take)
+    history = (*turn.heard, heard)
+    belief = beliefs.after(history, sight.seen)
+    state = believe(state, frame, belief.reply)
+    moment = Moment(heard, belief.delivered, belief.reply)
+    return Turn(state, (*turn.moments, moment)), world.feasible(history, state.estimate)
 
 
 def _frame(view: str, seen: Observations) -> FrameInfo:
-    """Only its view is asked for; the recording keeps no camera."""
+    """Only its view is asked for."""
     return FrameInfo(
         frame=seen.frame,
         view=view,
@@ -110,58 +161,50 @@ def _frame(view: str, seen: Observations) -> FrameInfo:
     )
 
 
-def _observation(
-    state: EpisodeState,
+def _decide(
+    turn: Turn,
     errand: Errand,
-    believed: BeliefReply,
+    feasibility: Feasibility,
     lost: frozenset[str],
+    policy: Policy,
     rng: np.random.Generator,
-) -> Observation:
-    open_rows = actions.expandable(errand.cell.informs, state.cover, state.used | lost)
-    return Observation(
+) -> Turn:
+    state = turn.state
+    now = Observation(
         target=errand.target,
         cell=errand.cell,
         parameters=errand.parameters,
         profile=errand.profile,
-        believed=believed,
+        believed=turn.moments[-1].believed,
         cover=state.cover,
         used=state.used,
         given_up=lost,
-        feasibility=_feasible((t.id for t in believed.tracks), (row.name for row in open_rows)),
+        feasibility=feasibility,
         n_actions=state.n_actions,
         rng=rng,
     )
+    began_s = time.perf_counter()
+    choice = policy.act(now)
+    planning_s = time.perf_counter() - began_s
+    return turn.after(now=now, choice=choice, because=words_of(policy), planning_s=planning_s)
 
 
-def _feasible(tracks: Iterable[int], informs: Iterable[str]) -> Feasibility:
-    return Feasibility(
-        grasps=tuple(
-            GraspVerdict(track=i, feasible=True, refusal=None, why="", tried={}) for i in tracks
-        ),
-        informs=tuple(
-            InformVerdict(name=name, feasible=True, refusal=None, why="") for name in informs
-        ),
-        duration_s=0.0,
-    )
-
-
-def _act(
-    turn: Turn, errand: Errand, world: RecordedWorld, now: Observation, choice: Choice | None
-) -> tuple[Turn, End | None]:
+def _act(turn: Turn, errand: Errand, world: World) -> tuple[Turn, End | None]:
     """Do what was chosen; no end: the episode goes on."""
+    now, choice = turn.moments[-1].now, turn.moments[-1].choice
+    assert now is not None
     if choice is None:
         return turn, endings.nothing_admissible(now.situation, errand.cell, "")
     _refuse_closed(now, choice)
     if not isinstance(choice, Defer) and turn.state.n_actions >= errand.profile.max_actions:
         return turn, endings.step_limit(turn.state.n_actions, "")
-    turn = replace(turn, taken=(*turn.taken, choice))
     match choice:
         case Defer():
-            return turn, endings.deferred(now.situation, "")
+            return turn.after(report=Report(done=True)), endings.deferred(now.situation, "")
         case Inform():
             return _inform(turn, errand, world, choice)
         case Grasp():
-            return _grasp(turn, errand, world, now, choice)
+            return _grasp(turn, errand, world, choice)
         case _:
             assert_never(choice)
 
@@ -181,24 +224,19 @@ def _refuse_closed(now: Observation, choice: Choice) -> None:
         )
 
 
-def _inform(
-    turn: Turn, errand: Errand, world: RecordedWorld, choice: Inform
-) -> tuple[Turn, End | None]:
+def _inform(turn: Turn, errand: Errand, world: World, choice: Inform) -> tuple[Turn, End | None]:
     row = errand.cell.inform(choice.name)
-    done = world.inform(row)
-    state = informed(turn.state, row, done=done)
-    failed = not done and not errand.profile.outlives_failure
-    end = endings.look_failed({row.name}, errand.cell, "") if failed else None
-    return replace(turn, state=state), end
+    report = world.inform(row)
+    turn = replace(turn.after(report=report), state=informed(turn.state, row, done=report.done))
+    failed = not report.done and not errand.profile.outlives_failure
+    return turn, endings.look_failed({row.name}, errand.cell, "") if failed else None
 
 
-def _grasp(
-    turn: Turn, errand: Errand, world: RecordedWorld, now: Observation, choice: Grasp
-) -> tuple[Turn, End | None]:
-    held = world.grasp(next(t for t in now.believed.tracks if t.id == choice.track))
-    state = grasped_at(turn.state, choice.track, held=held)
-    turn, profile = replace(turn, state=state), errand.profile
-    if held:
+def _grasp(turn: Turn, errand: Errand, world: World, choice: Grasp) -> tuple[Turn, End | None]:
+    report = world.grasp(choice, turn.state)
+    state = grasped_at(turn.state, choice.track, held=report.done)
+    turn, profile = replace(turn.after(report=report), state=state), errand.profile
+    if report.done:
         return turn, End("grasped", "verified", "", choice.track, choice.relation)
     tries = state.grasp_failures[choice.track]
     if not profile.outlives_failure or tries >= profile.tries:

@@ -1,37 +1,70 @@
 """The upper bound: knows the truth, and suffers only what comes of its actions. No policy."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from surefetch.common.cell import Cell
-from surefetch.evaluation.recordings.recording import RecordingTruth
-from surefetch.evaluation.replaying.outcomes import Outcomes
-from surefetch.evaluation.running.metrics import Scored, Verdict
+from surefetch.evaluation.replaying.contenders import Contender
+from surefetch.evaluation.replaying.recorded_world import RecordedWorld
+from surefetch.evaluation.replaying.results import EpisodeResult
+from surefetch.evaluation.replaying.scene import RecordedScene
+from surefetch.evaluation.replaying.scoring import marked, result
+from surefetch.evaluation.replaying.world import Report
+from surefetch.evaluation.running.metrics import Verdict
 from surefetch.planner.actions import Costs
-from surefetch.planner.profiles import Profile
+
+
+@dataclass(frozen=True)
+class Try:
+    """One action, and what came of it."""
+
+    word: str
+    cost: float
+    report: Report
 
 
 def play_oracle(
-    truth: RecordingTruth, covered: bool, profile: Profile, outcomes: Outcomes, cell: Cell
-) -> Scored:
+    one: Contender, scene: RecordedScene, world: RecordedWorld, cell: Cell
+) -> EpisodeResult:
     """Opens only when the target lies under the cover, grasps it, defers when it is absent."""
+    truth, at_most = scene.truth, one.profile.tries
     if truth.target is None:
-        return Scored(truth.family, truth.seed, "success", 0, 0.0)
-    actions, cost = 0, 0.0
-    if covered and truth.relation == "inside":
+        return _result(one, scene, "success", [])
+    tried: list[Try] = []
+    if scene.recording.covered and truth.relation == "inside":
         row = next(row for row in cell.informs if row.kind == "remove_cover")
-        opened, tries = _persist(lambda n: outcomes.informs(row, n), profile.tries)
-        actions, cost = tries, tries * row.cost
-        if not opened:
-            return Scored(truth.family, truth.seed, "interaction_failed", actions, cost)
-    held, tries = _persist(lambda n: outcomes.grasps(truth.target, n), profile.tries)
-    actions, cost = actions + tries, cost + tries * Costs().grasp
-    verdict: Verdict = "success" if held else "grasp_failed"
-    return Scored(truth.family, truth.seed, verdict, actions, cost)
+        reports = _persist(lambda: world.inform(row), at_most)
+        tried += [Try(row.name, row.cost, report) for report in reports]
+        if not reports[-1].done:
+            return _result(one, scene, "interaction_failed", tried)
+    reports = _persist(lambda: world.grasp_body(truth.target), at_most)
+    tried += [Try("grasp the target", Costs().grasp, report) for report in reports]
+    return _result(one, scene, "success" if reports[-1].done else "grasp_failed", tried)
 
 
-def _persist(succeeds: Callable[[int], bool], at_most: int) -> tuple[bool, int]:
-    """Whether it succeeds in the end, and after how many tries."""
-    for attempt in range(1, at_most + 1):
-        if succeeds(attempt):
-            return True, attempt
-    return False, at_most
+def _persist(attempt: Callable[[], Report], at_most: int) -> list[Report]:
+    """Attempts up to the first that succeeds."""
+    reports = [attempt()]
+    while not reports[-1].done and len(reports) < at_most:
+        reports.append(attempt())
+    return reports
+
+
+def _result(
+    one: Contender, scene: RecordedScene, found: Verdict, tried: Sequence[Try]
+) -> EpisodeResult:
+    return result(
+        one,
+        scene,
+        found,
+        cost=sum(one.cost for one in tried),
+        n_actions=len(tried),
+        outcome={"success": "grasped" if tried else "deferred"}.get(found, "failed"),
+        reason="",
+        why="",
+        actions=tuple(marked(t.word, t.report) for t in tried) or ("defer",),
+        duration_s=sum(t.report.duration_s for t in tried),
+        commit_p=float(bool(tried)),
+        grasps=(),
+        steps=(),
+    )

@@ -29,6 +29,8 @@ class Outcomes:
     family: str
     seed: int
     rates: Rates
+    draw: int = 0
+    """Which of many independent draws for the same scene."""
 
     def informs(self, row: InformRow, attempt: int) -> bool:
         """Whether this try, counted from 1, of an information action succeeds."""
@@ -40,5 +42,6 @@ class Outcomes:
         return body is not None and self._draw("grasp", body, attempt) < self.rates.grasp
 
     def _draw(self, action: str, body: str, attempt: int) -> float:
-        rng = stream(self.family, self.seed, "outcome", action, body, attempt)
+        again = () if self.draw == 0 else (self.draw,)
+        rng = stream(self.family, self.seed, "outcome", action, body, attempt, *again)
         return float(rng.random())

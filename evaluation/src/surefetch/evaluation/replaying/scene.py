@@ -15,13 +15,14 @@ class RecordedScene:
 
     recording: Recording
     truth: RecordingTruth
+    stratum: str
     shots: Mapping[State, Observations]
     bodies: Mapping[str, str | None]
     """The body under each detection, by its new name. For the world and the scorer alone."""
 
 
-def ready(recording: Recording, truth: RecordingTruth) -> RecordedScene:
-    """The scene with detections named ``SHOT-NUMBER``."""
+def ready(recording: Recording, truth: RecordingTruth, stratum: str = "") -> RecordedScene:
+    """The scene with detections named ``SHOT-NUMBER``; `stratum` is of the scorer's file."""
     shots: dict[State, Observations] = {}
     bodies: dict[str, str | None] = {}
     for k, shot in enumerate(recording.shots):
@@ -31,4 +32,4 @@ def ready(recording: Recording, truth: RecordingTruth) -> RecordedScene:
             renamed.append(msgspec.structs.replace(detection, id=f"{k}-{n}"))
             bodies[f"{k}-{n}"] = under.get(detection.id)
         shots[shot.state] = msgspec.structs.replace(shot.observations, detections=tuple(renamed))
-    return RecordedScene(recording, truth, shots, bodies)
+    return RecordedScene(recording, truth, stratum, shots, bodies)
