@@ -32,7 +32,7 @@ class RecordedWorld:
             )
         return Sight(state, self._scene.shots[state])
 
-    def feasible(self, history: History, estimate: Estimate) -> Feasibility:
+    def feasible(self, history: History, estimate: Estimate) -> Feasibility:  # noqa: ARG002
         """Everything."""
         return Feasibility(
             grasps=tuple(

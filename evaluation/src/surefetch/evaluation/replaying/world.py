@@ -1,4 +1,4 @@
-"""The table of a scene, as an episode acts on it: what is seen, what can be done, what comes of it."""
+"""The table of a scene, as an episode acts on it: what is seen, and what comes of an action."""
 
 from dataclasses import dataclass
 from typing import Protocol
