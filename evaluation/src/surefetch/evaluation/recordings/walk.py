@@ -89,14 +89,14 @@ def look_of(
     """
     known = frozenset() if before is None else frozenset(t.id for t in before.reply.tracks)
     earlier = before.target_track if before is not None and remembers else None
-    target = _target_track(reply, bodies, truth.target, earlier)
+    target = target_track_of(reply, bodies, truth.target, earlier)
     under = {a.track: bodies.get(a.detection) for a in reply.assigned if a.track is not None}
     return Look(
         q=update.q,
         reply=reply,
         new_tracks=tuple(t.id for t in reply.tracks if t.id not in known),
         target_track=target,
-        truth=_hypothesis(truth, target),
+        truth=true_hypothesis(truth, target),
         bodies=under if before is None else before.bodies | under,
         answers={d.id: d.answers for d in update.detections if d.answers is not None},
         covered=update.covered,
@@ -121,12 +121,13 @@ def update_after(recording: Recording, taken: tuple[str, ...], cell: Cell, profi
     )
 
 
-def _target_track(
+def target_track_of(
     reply: BeliefReply,
     bodies: Mapping[str, str | None],
     target: str | None,
     previous: int | None,
 ) -> int | None:
+    """The track that the target body was associated with last, this reply included."""
     if target is None:
         return None
     for assigned in reply.assigned:
@@ -135,7 +136,8 @@ def _target_track(
     return previous
 
 
-def _hypothesis(truth: RecordingTruth, target_track: int | None) -> str:
+def true_hypothesis(truth: RecordingTruth, target_track: int | None) -> str:
+    """z*, when the target body has this track."""
     if truth.target is None or truth.relation is None:
         return ABS
     return UNOBS if target_track is None else tracked(target_track, truth.relation)

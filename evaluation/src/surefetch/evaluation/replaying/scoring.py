@@ -5,8 +5,9 @@ from collections.abc import Mapping, Sequence
 
 from surefetch.common.cell import Cell
 from surefetch.common.hypotheses import ABS, UNOBS, parse_tracked, tracked
-from surefetch.common.messages import BeliefReply, Choice, Defer, Grasp, Inform
+from surefetch.common.messages import Choice, Defer, Grasp, Inform
 from surefetch.evaluation.recordings.recording import RecordingTruth
+from surefetch.evaluation.recordings.walk import target_track_of, true_hypothesis
 from surefetch.evaluation.replaying.contenders import Contender
 from surefetch.evaluation.replaying.episode import Moment, Played
 from surefetch.evaluation.replaying.results import (
@@ -146,28 +147,9 @@ def _steps(
     target: int | None = None
     for moment in moments:
         earlier = target if remembers else None
-        target = _target_track(moment.believed, bodies, truth.target, earlier)
-        steps.append(_step(moment, _hypothesis(truth, target)))
+        target = target_track_of(moment.believed, bodies, truth.target, earlier)
+        steps.append(_step(moment, true_hypothesis(truth, target)))
     return steps
-
-
-def _target_track(
-    reply: BeliefReply, bodies: Bodies, target: str | None, earlier: int | None
-) -> int | None:
-    """The track that the target was associated with last."""
-    if target is None:
-        return None
-    mine = [
-        a.track for a in reply.assigned if a.track is not None and bodies[a.detection] == target
-    ]
-    return mine[0] if mine else earlier
-
-
-def _hypothesis(truth: RecordingTruth, track: int | None) -> str:
-    """z*."""
-    if truth.target is None or truth.relation is None:
-        return ABS
-    return UNOBS if track is None else tracked(track, truth.relation)
 
 
 def _step(moment: Moment, z_true: str) -> StepResult:
