@@ -13,7 +13,16 @@ from scripted_table import CELL, Table, scripted_cell, thing, thing_inside
 
 from surefetch.common.cell import InformRow
 from surefetch.common.errors import BadInput
-from surefetch.common.messages import Choice, Defer, Ended, Grasp, Inform
+from surefetch.common.injections import KINDS, Injector, kind_of
+from surefetch.common.messages import (
+    Choice,
+    Defer,
+    Ended,
+    Grasp,
+    Inform,
+    InjectedKind,
+    Injection,
+)
 from surefetch.common.parameters import write_parameters
 from surefetch.evaluation.policies.observation import Observation, Policy
 from surefetch.evaluation.policies.planned import Planned
@@ -24,14 +33,6 @@ from surefetch.evaluation.replaying.beliefs import Beliefs
 from surefetch.evaluation.replaying.contenders import contender
 from surefetch.evaluation.replaying.episode import OUT_OF_RECORDING, Errand, Played, play
 from surefetch.evaluation.replaying.evaluate import Conditions, evaluate
-from surefetch.evaluation.replaying.injections import (
-    KINDS,
-    Injection,
-    Injector,
-    Kind,
-    kind_of,
-    parse,
-)
 from surefetch.evaluation.replaying.outcomes import Outcomes, Rates
 from surefetch.evaluation.replaying.recorded_world import RecordedWorld
 from surefetch.evaluation.replaying.results import EpisodeResult
@@ -289,51 +290,31 @@ def test_a_defer_is_scored_by_the_best_grasp_that_was_open() -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("of", TABLES)
-def test_an_injected_failure_changes_only_what_is_reported(kind: Kind, of: str) -> None:
+def test_an_injected_failure_changes_only_what_is_reported(kind: InjectedKind, of: str) -> None:
     """Under rules that outlive failure, the same end comes one action of this kind later."""
     recorded = record(TABLES[of], wanted=0 if TABLES[of].things else None)
     plain = replayed(Planned(), recorded)
-    struck = replayed(Planned(), recorded, injected=(Injection(kind, 1),))
-    mine = [m for m in plain.moments if m.choice is not None and kind_of_choice(m.choice) == kind]
+    struck = replayed(Planned(), recorded, injected=(Injection(kind=kind, occurrence=1),))
+    mine = [c for c in plain.taken if not isinstance(c, Defer) and kind_of(c, CELL) == kind]
     assert len(struck.taken) - len(plain.taken) == (1 if mine else 0)
     assert (struck.end.outcome, struck.end.track) == (plain.end.outcome, plain.end.track)
     failed = [m.report for m in struck.moments if m.report and not m.report.done]
     assert [(r.injected, r.done) for r in failed] == [(True, False)] * bool(mine)
 
 
-def kind_of_choice(choice: Choice) -> str:
-    if isinstance(choice, Inform):
-        return kind_of(CELL.inform(choice.name))
-    return "grasp" if isinstance(choice, Grasp) else ""
-
-
 def test_an_injected_failure_uses_up_no_attempt() -> None:
     """The first real attempt fails; reported failures before it do not take its place."""
     recorded = record(TABLES["one is clear"], wanted=0)
     played = replayed(
-        Planned(), recorded, fails={"grasp": ["failed"]}, injected=(Injection("grasp", 1),)
+        Planned(),
+        recorded,
+        fails={"grasp": ["failed"]},
+        injected=(Injection(kind="grasp", occurrence=1),),
     )
     reports = [m.report for m in played.moments if isinstance(m.choice, Grasp)]
     assert [(r.done, r.injected) for r in reports if r] == [
         (False, True), (False, False), (True, False)
     ]  # fmt: skip
-
-
-@pytest.mark.parametrize(("rate", "low", "high"), [(0.2, 150, 250), (1.0, 1000, 1000)])
-def test_failures_are_injected_at_their_rate(rate: float, low: int, high: int) -> None:
-    one = Injection("view", rate=rate)
-    assert low <= sum(one.strikes("partial", seed, 1) for seed in range(1000)) <= high
-
-
-@pytest.mark.parametrize("word", ["view@1", "grasp@2", "cover@0.25", "view@1.0"])
-def test_what_is_injected_can_be_said_and_read(word: str) -> None:
-    assert str(parse(word)) == word
-
-
-@pytest.mark.parametrize("word", ["", "view", "view@", "view@0", "view@-1", "view@2.0", "lid@1"])
-def test_what_cannot_be_injected_is_refused(word: str) -> None:
-    with pytest.raises(BadInput, match="grasp@1"):
-        parse(word)
 
 
 def test_an_uncalibrated_belief_is_refused_with_the_command() -> None:

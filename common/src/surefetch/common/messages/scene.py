@@ -15,6 +15,7 @@ from surefetch.common.messages.frame import FrameId
 Shape = Literal["cube", "block", "cylinder", "ball", "hexagonal prism"]
 MarkingKind = Literal["plain", "stripe", "dot", "cross"]
 Face = Literal["front", "right", "top"]
+InjectedKind = Literal["grasp", "view", "cover"]
 Rgb = tuple[float, float, float]
 """Linear 0 … 1."""
 
@@ -86,8 +87,24 @@ class CameraSpec(Message, frozen=True):
     vertical_fov_deg: float = 50.0
 
 
+class Injection(Message, frozen=True):
+    """A failure that is only reported: the word that an attempt failed, in its place.
+
+    See `surefetch.common.injections`.
+    """
+
+    kind: InjectedKind
+    occurrence: int | None = None
+    """Counted from 1 within an episode; None: any attempt, at the rate."""
+    rate: float = 1.0
+    """Chance of each attempt, 0 … 1."""
+
+    def __str__(self) -> str:
+        return f"{self.kind}@{self.rate if self.occurrence is None else self.occurrence}"
+
+
 class Scene(Message, frozen=True):
-    """Everything physical on one table, and the seed of its hidden noise."""
+    """Everything physical on one table, the seed of its hidden noise, and what is to go wrong."""
 
     family: Name
     seed: int
@@ -98,6 +115,8 @@ class Scene(Message, frozen=True):
     lighting: Lighting
     table_rgb: Rgb
     camera: CameraSpec = CameraSpec()
+    injected: tuple[Injection, ...] = ()
+    """Attempts that the simulated executor reports as failed instead of making them."""
 
 
 class SceneLoaded(Message, frozen=True):

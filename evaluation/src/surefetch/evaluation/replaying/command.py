@@ -10,12 +10,13 @@ from typing import Final
 from rich.console import Console
 from rich.progress import track
 
+from surefetch.common import injections
 from surefetch.common.errors import BadInput
 from surefetch.common.parameters import PROFILES
 from surefetch.common.policies import DEFAULT_PROFILE, OWN_PROFILE
 from surefetch.evaluation.policies import registry
 from surefetch.evaluation.recordings import recording_store
-from surefetch.evaluation.replaying import campaign, injections, manifest, printing, results
+from surefetch.evaluation.replaying import campaign, manifest, printing, results
 from surefetch.evaluation.replaying.campaign import Campaign
 from surefetch.evaluation.replaying.evaluate import Conditions
 from surefetch.evaluation.replaying.manifest import Manifest

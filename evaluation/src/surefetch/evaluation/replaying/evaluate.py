@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 from surefetch.common.cell import Cell
 from surefetch.common.errors import BadInput
+from surefetch.common.injections import Injector
+from surefetch.common.messages import Injection
 from surefetch.common.parameters import check_origin
 from surefetch.common.streams import stream
 from surefetch.evaluation.replaying.beliefs import Beliefs
 from surefetch.evaluation.replaying.contenders import Contender
 from surefetch.evaluation.replaying.episode import Errand, play
-from surefetch.evaluation.replaying.injections import Injection, Injector
 from surefetch.evaluation.replaying.oracle import play_oracle
 from surefetch.evaluation.replaying.outcomes import Outcomes, Rates
 from surefetch.evaluation.replaying.recorded_world import RecordedWorld

@@ -10,11 +10,12 @@ from typing import Any, Final
 
 import msgspec
 
+from surefetch.common import injections
 from surefetch.common.errors import BadInput
 from surefetch.common.parameters import PROFILES, profile_parameters
 from surefetch.common.version import VERSION
 from surefetch.evaluation.recordings import recording_store
-from surefetch.evaluation.replaying import injections, results
+from surefetch.evaluation.replaying import results
 from surefetch.evaluation.replaying.campaign import Campaign
 from surefetch.evaluation.replaying.contenders import Contender
 

@@ -3,10 +3,10 @@
 from collections import Counter
 
 from surefetch.common.cell import InformRow
+from surefetch.common.injections import Injector
 from surefetch.common.messages import Estimate, Feasibility, Grasp, GraspVerdict
 from surefetch.evaluation.recordings.recording import State, first_state
 from surefetch.evaluation.replaying.beliefs import History
-from surefetch.evaluation.replaying.injections import Injector, kind_of
 from surefetch.evaluation.replaying.outcomes import NO_BODY, Outcomes
 from surefetch.evaluation.replaying.scene import RecordedScene
 from surefetch.evaluation.replaying.world import OutOfRecording, Report, Sight
@@ -50,7 +50,7 @@ class RecordedWorld:
                 f"{self._named()}: {row.name} was tried where no cover is on, which was not "
                 "recorded."
             )
-        if self._injector.strikes(kind_of(row)):
+        if self._injector.strikes("cover" if row.kind == "remove_cover" else "view"):
             return Report(done=False, injected=True)
         done = self._outcomes.informs(row, self._attempt(row.name, NO_BODY))
         if done and row.kind == "remove_cover":

@@ -4,30 +4,34 @@ import sys
 from collections.abc import Callable
 
 from surefetch.common.bus import Bus
+from surefetch.common.hosted import Service
 from surefetch.common.runner import serve
 from surefetch.common.settings import Settings, read_settings
 from surefetch.common.topics import EXECUTOR
 from surefetch.executor.grasping.antipodal import AntipodalProposer
 from surefetch.executor.service import ExecutorService
+from surefetch.executor.simulation.injected_failures import InjectedFailures
 from surefetch.executor.simulation.pybullet_cell import PybulletCell
 from surefetch.executor.simulation.pybullet_devices import pybullet_devices
 from surefetch.executor.simulation.scorer_questions import Simulation
 from surefetch.executor.skills.situation import Workcell
 
 
-def pybullet(settings: Settings, bus: Bus) -> ExecutorService:
+def pybullet(settings: Settings, bus: Bus) -> InjectedFailures:
     """The simulated cell."""
     simulated = PybulletCell(settings.cell, settings.grip)
-    return ExecutorService(
+    devices = pybullet_devices(simulated, real_time=settings.real_time)
+    executor = ExecutorService(
         Workcell.of(settings.cell, AntipodalProposer()),
-        pybullet_devices(simulated, real_time=settings.real_time),
+        devices,
         bus,
         backend="pybullet",
         simulated=Simulation(simulated),
     )
+    return InjectedFailures(executor, devices.gripper, settings.cell)
 
 
-EXECUTORS: dict[str, Callable[[Settings, Bus], ExecutorService]] = {"pybullet": pybullet}
+EXECUTORS: dict[str, Callable[[Settings, Bus], Service]] = {"pybullet": pybullet}
 
 
 def main(argv: list[str]) -> int:

@@ -90,7 +90,12 @@ class ExecutorService:
     @property
     def doing(self) -> str:
         """What moves now."""
-        return f"stopped by {self._latch.who}" if self._latch.asked() else self._doing
+        return f"stopped by {self._latch.who}" if self.stopped else self._doing
+
+    @property
+    def stopped(self) -> bool:
+        """Whether a stop was asked for that forbids all motion."""
+        return self._latch.asked()
 
     @property
     def handles(self) -> tuple[Handle[Any, Any], ...]:
