@@ -26,6 +26,8 @@ from surefetch.evaluation.running.request import read_request
         (["the red cylinder"], "name a scene"),
         (["--connect", "tcp/127.0.0.1:1"], "name a scene"),
         (["--scene", "covered:1", "--config", "nowhere.toml"], "nowhere.toml cannot be read"),
+        (["--scene", "covered:1", "--inject", "lid@1"], "grasp@1, view@1, cover@1"),
+        (["it", "--connect", "tcp/127.0.0.1:1", "--inject", "view@1"], "in simulation only"),
     ],
 )
 def test_what_cannot_be_used_is_refused_with_what_can(
@@ -68,3 +70,8 @@ def test_profile_and_policy_complete_each_other(
     profile: str | None, policy: str | None, expected: tuple[str, str]
 ) -> None:
     assert policies.choose(profile, policy) == expected
+
+
+def test_injected_failures_are_told_with_the_scene() -> None:
+    request = read_request(["--scene", "covered:1", "--inject", "view@1", "--inject", "grasp@0.5"])
+    assert list(map(str, request.injected)) == ["view@1", "grasp@0.5"]

@@ -7,16 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
-from surefetch.common import policies
+from surefetch.common import injections, policies
 from surefetch.common.cell import read_cell
 from surefetch.common.errors import BadInput
 from surefetch.common.instruction import MAX_CHARACTERS
+from surefetch.common.messages import Injection
 from surefetch.common.settings import read_machine
 from surefetch.evaluation.recordings.splits import FAMILIES
 from surefetch.evaluation.running import artifacts
 
 AfterGrasp = Literal["deliver", "hold", "return"]
 AFTER_GRASP: Final[tuple[AfterGrasp, ...]] = ("deliver", "hold", "return")
+INJECT_HELP: Final = (
+    "report the K-th grasp, view or cover removal as failed, without trying it; view@0.2: each "
+    "with this chance; simulation only"
+)
 MAX_SEED: Final = 2**63 - 1
 
 
@@ -45,6 +50,8 @@ class RunRequest:
     config: Path | None
     connect: tuple[str, ...]
     real_time: bool
+    injected: tuple[Injection, ...]
+    """Attempts that the simulated executor reports as failed instead of making them."""
     out: Path
     json: bool
 
@@ -64,6 +71,9 @@ def read_request(argv: Sequence[str]) -> RunRequest:
             "name a scene: --scene FAMILY:SEED\n"
             "  Without one, an instruction and a cell that is up are needed: --connect ENDPOINT"
         )
+    injected = tuple(injections.parse(word) for word in told.inject or ())
+    if injected and scene is None:
+        raise BadInput("failures are injected in simulation only: name a scene with --scene")
     if told.config is not None:
         _check_config(told.config)
     out = default_out(scene) if told.out is None else told.out
@@ -77,6 +87,7 @@ def read_request(argv: Sequence[str]) -> RunRequest:
         config=told.config,
         connect=tuple(told.connect or ()),
         real_time=told.real_time,
+        injected=injected,
         out=out,
         json=told.json,
     )
@@ -145,6 +156,7 @@ def _parser() -> argparse.ArgumentParser:
         "--after-grasp", choices=AFTER_GRASP, default="deliver", help="default: deliver"
     )
     parser.add_argument("--real-time", action="store_true", help="pace motion to the clock")
+    parser.add_argument("--inject", action="append", metavar="KIND@K", help=INJECT_HELP)
     parser.add_argument(
         "--out",
         type=Path,

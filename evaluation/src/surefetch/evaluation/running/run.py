@@ -5,6 +5,7 @@ import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
+from msgspec import structs
 from rich.console import Console
 
 from surefetch.common.errors import BadInput
@@ -101,13 +102,14 @@ def _episode(
         policy=request.policy,
         after_grasp=request.after_grasp,
     )
-    return Live(cell).run(instruct, None if scene is None else scene.scene, progress.show)
+    table = None if scene is None else structs.replace(scene.scene, injected=request.injected)
+    return Live(cell).run(instruct, table, progress.show)
 
 
 def _told(
     request: RunRequest, scene: "GeneratedScene | None", cell: LiveCell, finished: Finished
 ) -> dict[str, Any]:
-    return summary.summarize(
+    told = summary.summarize(
         scene="" if request.scene is None else str(request.scene),
         instruction=request.instruction or (scene.sentence if scene is not None else ""),
         profile=request.profile,
@@ -119,6 +121,7 @@ def _told(
         services=cell.statuses,
         missing=finished.missing,
     )
+    return told | {"injected": [str(one) for one in request.injected]}
 
 
 def _score(

@@ -4,10 +4,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from msgspec import structs
+
 from surefetch.common.cell import Cell, simulated_cell
 from surefetch.common.errors import InfrastructureError
 from surefetch.common.journal import parse_journal
-from surefetch.common.messages import AskTruth, BeliefReply, Ended, Event, Instruct
+from surefetch.common.messages import AskTruth, BeliefReply, Ended, Event, Injection, Instruct
 from surefetch.common.topics import BELIEF, TRUTH, UPDATE
 from surefetch.evaluation.running import artifacts, scoring, summary
 from surefetch.evaluation.running import causes as study_causes
@@ -25,13 +27,15 @@ class KeptAs:
     profile: str
     policy: str
     folder: Path
+    injected: tuple[Injection, ...] = ()
 
 
 def run_one(live: Live, kept: KeptAs, family: str, seed: int) -> dict[str, Any]:
     scene = generate(family, seed)
     asked = Instruct(sentence=scene.sentence, profile=kept.profile, policy=kept.policy)
     try:
-        finished = live.run(asked, scene.scene, _show_nothing)
+        table = structs.replace(scene.scene, injected=kept.injected)
+        finished = live.run(asked, table, _show_nothing)
     except InfrastructureError as error:
         return _not_begun(family, seed, scene, error)
     ended = finished.ended

@@ -14,13 +14,15 @@ from typing import Any, Final
 from rich.console import Console
 from rich.table import Table
 
-from surefetch.common import policies
+from surefetch.common import injections, policies
 from surefetch.common.errors import BadInput
+from surefetch.common.messages import Injection
 from surefetch.common.version import VERSION
 from surefetch.evaluation.recordings import recording_store, splits
 from surefetch.evaluation.running import metrics
 from surefetch.evaluation.running.cell import CellWanted, open_cell
 from surefetch.evaluation.running.live import Live
+from surefetch.evaluation.running.request import INJECT_HELP
 from surefetch.evaluation.running.study_episode import KeptAs, run_one
 from surefetch.evaluation.scenes.candidate import GENERATOR_VERSION
 
@@ -38,6 +40,7 @@ class Study:
     policy: str
     out: Path
     config: Path | None
+    injected: tuple[Injection, ...]
     json: bool
 
 
@@ -100,7 +103,7 @@ def _run_all(
     study: Study, todo: Sequence[tuple[str, int]], say: Callable[[str], None]
 ) -> Iterator[dict[str, Any]]:
     """One row an episode; four services serve many, and are started anew after an abort."""
-    kept = KeptAs(study.profile, study.policy, study.out / RUNS)
+    kept = KeptAs(study.profile, study.policy, study.out / RUNS, study.injected)
     left = list(todo)
     while left:
         with open_cell(CellWanted(config=study.config), say) as cell:
@@ -115,15 +118,15 @@ def _run_all(
 
 
 def _begin(study: Study) -> None:
-    recording_store.write_manifest(
-        study.out,
-        {
-            "profile": study.profile,
-            "policy": study.policy,
-            "generator_version": GENERATOR_VERSION,
-            "surefetch": VERSION,
-        },
-    )
+    made_with = {
+        "profile": study.profile,
+        "policy": study.policy,
+        "generator_version": GENERATOR_VERSION,
+        "surefetch": VERSION,
+    }
+    if study.injected:
+        made_with["injected"] = injections.told(study.injected)
+    recording_store.write_manifest(study.out, made_with)
 
 
 def _rows(out: Path) -> list[dict[str, Any]]:
@@ -176,6 +179,7 @@ def _read(argv: Sequence[str]) -> Study:
     parser.add_argument("--profile", metavar="P", help="extended (default) or paper")
     parser.add_argument("--policy", metavar="NAME", help=f"{', '.join(policies.OWN_PROFILE)}")
     parser.add_argument("--config", type=Path, metavar="F", help="TOML file of the cell")
+    parser.add_argument("--inject", action="append", metavar="KIND@K", help=INJECT_HELP)
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
     parser.add_argument("--json", action="store_true", help="the tables as stdout's last line")
     told = parser.parse_args(argv)
@@ -187,5 +191,6 @@ def _read(argv: Sequence[str]) -> Study:
         policy=policy,
         out=told.out,
         config=told.config,
+        injected=tuple(injections.parse(word) for word in told.inject or ()),
         json=told.json,
     )
