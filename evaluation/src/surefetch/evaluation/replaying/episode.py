@@ -16,16 +16,14 @@ from surefetch.common.messages import (
     Choice,
     Defer,
     Feasibility,
-    FrameInfo,
     Grasp,
     Inform,
-    Observations,
     Target,
 )
 from surefetch.common.parameters import Parameters
 from surefetch.evaluation.policies.observation import Observation, Policy, words_of
 from surefetch.evaluation.replaying.beliefs import Beliefs, Heard, History
-from surefetch.evaluation.replaying.world import OutOfRecording, Report, World
+from surefetch.evaluation.replaying.world import OutOfRecording, Report, ViewFailed, World
 from surefetch.planner import endings
 from surefetch.planner.account import End
 from surefetch.planner.episode_state import (
@@ -131,34 +129,22 @@ def play(
                 turn, end = _act(turn, errand, world)
     except OutOfRecording as left:
         end = End("aborted", OUT_OF_RECORDING, str(left))
+    except ViewFailed as failed:
+        end = endings.view_failed(failed.view, failed.why)
     return Played(end, turn)
 
 
 def _look(turn: Turn, errand: Errand, world: World, beliefs: Beliefs) -> tuple[Turn, Feasibility]:
     view = turn.state.view
     sight = world.see(view)
-    frame = _frame(view, sight.seen)
-    state, looked = look(turn.state, errand.cell.informs, frame, sight.seen)
+    state, looked = look(turn.state, errand.cell.informs, sight.frame, sight.seen)
     covered = state.cover == "covered"
     heard = Heard(sight.state, looked.q, looked.counted, covered, sight.take)
     history = (*turn.heard, heard)
     belief = beliefs.after(history, sight.seen)
-    state = believe(state, frame, belief.reply)
+    state = believe(state, sight.frame, belief.reply)
     moment = Moment(heard, belief.delivered, belief.reply)
     return Turn(state, (*turn.moments, moment)), world.feasible(history, state.estimate)
-
-
-def _frame(view: str, seen: Observations) -> FrameInfo:
-    """Only its view is asked for."""
-    return FrameInfo(
-        frame=seen.frame,
-        view=view,
-        width=0,
-        height=0,
-        K=np.zeros((3, 3)),
-        T_world_camera=np.zeros((4, 4)),
-        captured_s=0.0,
-    )
 
 
 def _decide(
@@ -229,7 +215,7 @@ def _inform(turn: Turn, errand: Errand, world: World, choice: Inform) -> tuple[T
     report = world.inform(row)
     turn = replace(turn.after(report=report), state=informed(turn.state, row, done=report.done))
     failed = not report.done and not errand.profile.outlives_failure
-    return turn, endings.look_failed({row.name}, errand.cell, "") if failed else None
+    return turn, endings.look_failed({row.name}, errand.cell, report.why) if failed else None
 
 
 def _grasp(turn: Turn, errand: Errand, world: World, choice: Grasp) -> tuple[Turn, End | None]:
@@ -240,5 +226,5 @@ def _grasp(turn: Turn, errand: Errand, world: World, choice: Grasp) -> tuple[Tur
         return turn, End("grasped", "verified", "", choice.track, choice.relation)
     tries = state.grasp_failures[choice.track]
     if not profile.outlives_failure or tries >= profile.tries:
-        return turn, endings.grasp_failed(choice, tries, "")
+        return turn, endings.grasp_failed(choice, tries, report.why)
     return turn, None

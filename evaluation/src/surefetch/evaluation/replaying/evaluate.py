@@ -11,13 +11,14 @@ from surefetch.common.parameters import check_origin
 from surefetch.common.streams import stream
 from surefetch.evaluation.replaying.beliefs import Beliefs
 from surefetch.evaluation.replaying.contenders import Contender
-from surefetch.evaluation.replaying.episode import Errand, play
+from surefetch.evaluation.replaying.episode import Errand, Played, play
 from surefetch.evaluation.replaying.oracle import play_oracle
 from surefetch.evaluation.replaying.outcomes import Outcomes, Rates
 from surefetch.evaluation.replaying.recorded_world import RecordedWorld
 from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.replaying.scene import RecordedScene
 from surefetch.evaluation.replaying.scoring import score
+from surefetch.evaluation.replaying.world import World
 
 
 @dataclass(frozen=True)
@@ -44,34 +45,48 @@ def evaluate(
         check_origin(one.parameters, cell=scene.recording.cell, backend=scene.recording.backend)
         key = (one.profile.name, one.variant)
         if key not in known:
-            known[key] = _beliefs(one, scene)
+            known[key] = beliefs_of(one, scene)
         yield _episode(one, scene, known[key], cell, conditions)
 
 
-def _beliefs(one: Contender, scene: RecordedScene) -> Beliefs:
+def _episode(
+    one: Contender, scene: RecordedScene, beliefs: Beliefs, cell: Cell, conditions: Conditions
+) -> EpisodeResult:
+    world = world_of(scene, conditions)
+    if one.entry is None:
+        return play_oracle(one, scene, world, cell)
+    return score(play_one(one, scene, world, beliefs, cell), one, scene, scene.bodies, cell)
+
+
+def world_of(scene: RecordedScene, conditions: Conditions) -> RecordedWorld:
+    """The table of a scene at the beginning of an episode."""
+    address = scene.recording.family, scene.recording.seed
+    outcomes = Outcomes(*address, conditions.rates, conditions.draw)
+    return RecordedWorld(scene, outcomes, Injector(*address, conditions.injections))
+
+
+def beliefs_of(one: Contender, scene: RecordedScene) -> Beliefs:
+    """What a contender believes of a scene, before its first look."""
     recording = scene.recording
     return Beliefs(
         recording.target.relation, recording.backend, one.parameters, one.variant, one.q_hat
     )
 
 
-def _episode(
-    one: Contender, scene: RecordedScene, beliefs: Beliefs, cell: Cell, conditions: Conditions
-) -> EpisodeResult:
+def play_one(
+    one: Contender, scene: RecordedScene, world: World, beliefs: Beliefs, cell: Cell
+) -> Played:
+    """One episode of a contender on a table of this scene.
+
+    Raises:
+        BadInput: the policy took an action that was not open; names it and the scene.
+    """
     recording = scene.recording
-    address = recording.family, recording.seed
-    world = RecordedWorld(
-        scene,
-        Outcomes(*address, conditions.rates, conditions.draw),
-        Injector(*address, conditions.injections),
-    )
-    if one.entry is None:
-        return play_oracle(one, scene, world, cell)
+    assert one.entry is not None
     errand = Errand(recording.target, cell, one.parameters, one.profile)
-    rng = stream(*address, "policy", one.name)
+    rng = stream(recording.family, recording.seed, "policy", one.name)
     try:
-        played = play(one.entry.make(), errand, world, beliefs, rng)
+        return play(one.entry.make(), errand, world, beliefs, rng)
     except BadInput as error:
         where = f"{recording.family}:{recording.seed}"
         raise BadInput(f'policy "{one.label}" on {where}: {error}') from None
-    return score(played, one, scene, scene.bodies, cell)

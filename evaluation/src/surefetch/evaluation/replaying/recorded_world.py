@@ -2,9 +2,18 @@
 
 from collections import Counter
 
+import numpy as np
+
 from surefetch.common.cell import InformRow
 from surefetch.common.injections import Injector
-from surefetch.common.messages import Estimate, Feasibility, Grasp, GraspVerdict
+from surefetch.common.messages import (
+    Estimate,
+    Feasibility,
+    FrameInfo,
+    Grasp,
+    GraspVerdict,
+    Observations,
+)
 from surefetch.evaluation.recordings.recording import State, first_state
 from surefetch.evaluation.replaying.beliefs import History
 from surefetch.evaluation.replaying.outcomes import NO_BODY, Outcomes
@@ -30,7 +39,8 @@ class RecordedWorld:
             raise OutOfRecording(
                 f"{self._named()} was recorded without the view {view} with cover {state.cover}."
             )
-        return Sight(state, self._scene.shots[state])
+        seen = self._scene.shots[state]
+        return Sight(state, seen, _frame(view, seen))
 
     def feasible(self, history: History, estimate: Estimate) -> Feasibility:  # noqa: ARG002
         """Everything."""
@@ -76,3 +86,16 @@ class RecordedWorld:
 
     def _named(self) -> str:
         return f"{self._scene.recording.family}:{self._scene.recording.seed}"
+
+
+def _frame(view: str, seen: Observations) -> FrameInfo:
+    """Only its view is asked for."""
+    return FrameInfo(
+        frame=seen.frame,
+        view=view,
+        width=0,
+        height=0,
+        K=np.zeros((3, 3)),
+        T_world_camera=np.zeros((4, 4)),
+        captured_s=0.0,
+    )

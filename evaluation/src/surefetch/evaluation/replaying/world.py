@@ -5,7 +5,7 @@ from typing import Protocol
 
 from surefetch.common.cell import InformRow
 from surefetch.common.errors import SurefetchError
-from surefetch.common.messages import Estimate, Feasibility, Grasp, Observations
+from surefetch.common.messages import Estimate, Feasibility, FrameInfo, Grasp, Observations
 from surefetch.evaluation.recordings.recording import State
 from surefetch.evaluation.replaying.beliefs import History
 from surefetch.planner.episode_state import EpisodeState
@@ -15,6 +15,14 @@ class OutOfRecording(SurefetchError):
     """An episode led to where the recording ends; it must be run live. Nothing is substituted."""
 
 
+class ViewFailed(SurefetchError):
+    """The camera does not get to where the next look is to be taken."""
+
+    def __init__(self, view: str, why: str) -> None:
+        self.view, self.why = view, why
+        super().__init__(f"the camera could not be moved to the view {view}: {why}")
+
+
 @dataclass(frozen=True, eq=False)
 class Sight:
     """What one look shows."""
@@ -22,6 +30,7 @@ class Sight:
     state: State
     """The true one."""
     seen: Observations
+    frame: FrameInfo
     take: int = 0
     """See `Heard.take`."""
 
@@ -37,13 +46,15 @@ class Report:
     """What was grasped at, for the scorer alone."""
     duration_s: float = 0.0
     """Modelled."""
+    why: str = ""
+    """What was measured, in words."""
 
 
 class World(Protocol):
     """One episode's table."""
 
     def see(self, view: str) -> Sight:
-        """What is to be seen from a view now. Raises OutOfRecording."""
+        """What is to be seen from a view now. Raises OutOfRecording, ViewFailed."""
         ...
 
     def feasible(self, history: History, estimate: Estimate) -> Feasibility:

@@ -1,0 +1,55 @@
+"""Recorded scenes, run live from their seeds: by the four processes, or in this one."""
+
+from surefetch.common.cell import Cell
+from surefetch.common.injections import Injector
+from surefetch.common.messages import Event, Instruct
+from surefetch.common.policies import OWN_PROFILE
+from surefetch.evaluation.replaying import audit
+from surefetch.evaluation.replaying.audit import Course
+from surefetch.evaluation.replaying.contenders import Contender
+from surefetch.evaluation.replaying.evaluate import beliefs_of, play_one
+from surefetch.evaluation.replaying.live_world import LiveWorld, perception_of
+from surefetch.evaluation.replaying.scene import RecordedScene
+from surefetch.evaluation.running.live import Live
+from surefetch.evaluation.scenes.generate import generate
+from surefetch.planner import profiles, situation
+from surefetch.planner.search import solve
+
+
+def has_processes(one: Contender) -> bool:
+    """Whether the services know this policy; others are run in this process."""
+    return one.name in OWN_PROFILE
+
+
+def by_processes(live: Live, one: Contender, scene: RecordedScene) -> Course:
+    """An episode of the four processes. Raises what `Live.run` raises."""
+    recording = scene.recording
+    made = generate(recording.family, recording.seed)
+    asked = Instruct(
+        sentence=recording.sentence,
+        profile=one.profile.name,
+        policy=one.name,
+        after_grasp="hold",
+    )
+    finished = live.run(asked, made.scene, _show_nothing)
+    return audit.of_live(finished.observed.events, finished.ended)
+
+
+def in_process(one: Contender, scene: RecordedScene, cell: Cell) -> Course:
+    """An episode on the simulated table, with this process in the place of the four."""
+    recording = scene.recording
+    made = generate(recording.family, recording.seed)
+    with LiveWorld(
+        made, errand_of(one, scene, cell), perception_of(recording.backend), Injector()
+    ) as world:
+        return audit.of_replay(play_one(one, scene, world, beliefs_of(one, scene), cell))
+
+
+def errand_of(one: Contender, scene: RecordedScene, cell: Cell) -> situation.Errand:
+    """What the planner's own code is told of an errand, to carry out what a policy chose."""
+    policy = profiles.Policy(one.name, one.profile, solve)
+    return situation.Errand(scene.recording.target, "hold", policy, one.parameters, cell)
+
+
+def _show_nothing(_: Event) -> None:
+    """Many episodes are told in a line each."""

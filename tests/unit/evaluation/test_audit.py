@@ -1,0 +1,80 @@
+"""Replay and live episodes of one table are found equal, and what differs is named."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import pytest
+from recorded_table import numbers, record
+from scripted_table import CELL, Table, scripted_cell, thing, thing_inside
+
+from surefetch.common.messages import Ended, Target
+from surefetch.common.parameters import PROFILES
+from surefetch.evaluation.replaying import audit
+from surefetch.evaluation.replaying.audit import Course
+from surefetch.evaluation.replaying.contenders import contender
+from surefetch.evaluation.replaying.evaluate import Conditions, beliefs_of, play_one, world_of
+from surefetch.evaluation.replaying.outcomes import Rates
+from surefetch.evaluation.replaying.scene import ready
+
+NEVER_FAILS = Conditions(Rates(1.0, 1.0, 1.0))
+UNREAD_FIRST = (thing(0.9, -0.1, center="unread"), thing(0.9, 0.1, "other", center="unread"))
+TABLES = {
+    "one is clear": Table((thing(0.9, -0.1), thing(0.9, 0.1, "other"))),
+    "it must be looked at": Table(UNREAD_FIRST),
+    "two fit": Table((thing(0.9, -0.1), thing(0.9, 0.1))),
+    "it is under the cover": Table((thing_inside(), thing(0.8, 0.2, "other")), covered=True),
+}
+
+
+def live(table: Table) -> tuple[Course, Target]:
+    """An episode of the four services on a fresh copy of a table."""
+    with scripted_cell(replace(table, gone=[], executed=[], frames={})) as cell:
+        accepted = cell.instruct(after_grasp="hold")
+        events = cell.events()
+        ended = events[-1].happening
+    assert isinstance(ended, Ended)
+    return audit.of_live(events, ended), accepted.target
+
+
+def replayed(table: Table, target: Target, label: str = "ours") -> Course:
+    scene = ready(*record(table, wanted=0, target=target))
+    one = contender(label, "extended", {name: numbers(name) for name in PROFILES})
+    world = world_of(scene, NEVER_FAILS)
+    return audit.of_replay(play_one(one, scene, world, beliefs_of(one, scene), CELL))
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_the_same_table_goes_the_same_way(name: str) -> None:
+    table = TABLES[name]
+    course, target = live(table)
+    found = audit.compare(replayed(table, target), course)
+    assert (found.same_actions, found.same_outcome, found.why) == (True, True, "")
+    assert found.apart <= audit.SAME
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"fails": {"right": ["failed"]}}, "it came to right in replay and to right (failed) live"),
+        ({"fails": {"grasp": ["failed"]}}, "(failed) live"),
+        ({"slips": 1}, "(failed) live"),
+        ({"infeasible": frozenset({"right"})}, "only live: right: reach"),
+        ({"things": TABLES["one is clear"].things}, "look 1 was read as"),
+    ],
+)
+def test_the_first_thing_that_differs_is_named(
+    changes: Mapping[str, Sequence[str]], said: str
+) -> None:
+    table = TABLES["it must be looked at"]
+    course, target = live(replace(table, **changes))  # type: ignore[arg-type]
+    found = audit.compare(replayed(table, target), course)
+    assert not found.same_actions
+    assert said in found.why
+
+
+def test_another_policy_is_another_course() -> None:
+    table = TABLES["it must be looked at"]
+    course, target = live(table)
+    found = audit.compare(replayed(table, target, "greedy"), course)
+    assert not found.same_actions
+    assert "look 1: chosen: grasp" in found.why
