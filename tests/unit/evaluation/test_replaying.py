@@ -22,6 +22,7 @@ from surefetch.common.messages import (
     Inform,
     InjectedKind,
     Injection,
+    Observations,
 )
 from surefetch.common.parameters import write_parameters
 from surefetch.evaluation.policies.observation import Observation, Policy
@@ -133,23 +134,44 @@ def test_a_replay_takes_the_actions_of_the_live_services(
 @pytest.mark.parametrize("name", POLICIES)
 @pytest.mark.parametrize("of", TABLES)
 def test_no_action_changes_when_the_truth_is_poisoned(name: str, of: str) -> None:
-    table = TABLES[of]
-    recording, truth = record(table, wanted=0 if table.things else None)
-    other = msgspec.structs.replace(
+    """Another target, bodies permuted and renamed, detections, family and seed renamed."""
+    recorded = record(TABLES[of], wanted=0 if TABLES[of].things else None)
+    make = POLICIES[name].make
+    told = replayed(make(), recorded)
+    poisoned = replayed(make(), disguised(*recorded))
+    assert poisoned.taken == told.taken
+    assert [m.believed.belief for m in poisoned.moments] == [
+        m.believed.belief for m in told.moments
+    ]
+
+
+def disguised(recording: Recording, truth: RecordingTruth) -> tuple[Recording, RecordingTruth]:
+    """The same to see; nothing else is left as it was."""
+    shots = tuple(
+        msgspec.structs.replace(shot, observations=_renamed(shot.observations))
+        for shot in recording.shots
+    )
+    poisoned = msgspec.structs.replace(
         truth,
+        family="absent",
+        seed=7,
         target=body(1) if truth.target is None else None,
         relation="inside" if truth.target is None else None,
         shots=tuple(
             msgspec.structs.replace(shot, bodies=_permuted(shot.bodies)) for shot in truth.shots
         ),
     )
-    make = POLICIES[name].make
-    told = replayed(make(), (recording, truth))
-    assert told.taken == replayed(make(), (recording, other)).taken
+    return msgspec.structs.replace(recording, family="absent", seed=7, shots=shots), poisoned
+
+
+def _renamed(seen: Observations) -> Observations:
+    detections = tuple(msgspec.structs.replace(d, id=f"x{d.id}") for d in seen.detections)
+    return msgspec.structs.replace(seen, detections=detections)
 
 
 def _permuted(bodies: dict[str, str | None]) -> dict[str, str | None]:
-    return dict(zip(bodies, reversed(bodies.values()), strict=True))
+    others = [None if under is None else f"no {under}" for under in reversed(bodies.values())]
+    return dict(zip([f"x{name}" for name in bodies], others, strict=True))
 
 
 class Spy:
