@@ -9,21 +9,30 @@ from surefetch.evaluation.recordings import recording, splits
 CELL = simulated_cell()
 
 
-@pytest.mark.parametrize(("covered", "n_states", "n_paths"), [(False, 3, 5), (True, 4, 6)])
+@pytest.mark.parametrize(
+    ("covered", "n_states", "n_paths", "n_with_covered_views"), [(False, 3, 5, 5), (True, 6, 6, 30)]
+)
 def test_a_scene_has_the_states_and_sequences_of_its_cover(
-    covered: bool, n_states: int, n_paths: int
+    covered: bool, n_states: int, n_paths: int, n_with_covered_views: int
 ) -> None:
     assert len(recording.states(covered, CELL)) == n_states
     assert len(recording.paths(covered, CELL)) == n_paths
+    more = recording.paths(covered, CELL, views_while_covered=True)
+    assert len(more) == n_with_covered_views
 
 
-def test_nothing_is_viewed_from_elsewhere_while_a_cover_is_on() -> None:
+def test_the_cover_is_lifted_once() -> None:
+    covers = [state.cover for state in recording.states(True, CELL)]
+    assert covers == ["closed"] * 3 + ["open"] * 3
+
+
+def test_under_the_base_rules_nothing_is_viewed_from_elsewhere_while_a_cover_is_on() -> None:
     assert recording.paths(True, CELL)[1] == ("remove_cover",)
     assert all(path[0] == "remove_cover" for path in recording.paths(True, CELL) if path)
 
 
 def test_no_action_comes_twice_in_a_sequence() -> None:
-    for path in recording.paths(True, CELL):
+    for path in recording.paths(True, CELL, views_while_covered=True):
         assert len(set(path)) == len(path)
 
 

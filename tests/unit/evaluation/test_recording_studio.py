@@ -70,7 +70,8 @@ def test_every_state_is_recorded_with_the_bodies_under_its_detections() -> None:
     with Studio(made, CELL, "classical") as studio:
         recording, truth = studio.record()
     assert [shot.state for shot in recording.shots] == states(True, CELL)
-    first, after = recording.shots[:2]
+    first, *_ = recording.shots
+    after = next(shot for shot in recording.shots if shot.state.cover == "open")
     assert (first.observations.cover, after.observations.cover) == ("covered", "open")
     target = made.truth.target
     assert target not in truth.bodies(first.state).values()

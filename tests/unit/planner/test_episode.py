@@ -154,10 +154,10 @@ def test_a_scene_without_a_container_counts_as_open() -> None:
     assert "remove_cover" not in done(table)
 
 
-def test_a_covered_object_is_uncovered_first_and_seen_under_the_condition_for_it() -> None:
+def test_under_the_paper_rules_a_covered_object_is_uncovered_before_any_view() -> None:
     hidden = thing_inside()
     with scripted_cell(table := Table([hidden, thing(0.7, 0.25, "other")], covered=True)) as cell:
-        cell.instruct("the red object inside the box")
+        cell.instruct("the red object inside the box", profile="paper")
         events = cell.events()
     ended = of(Ended, events)[0]
     assert ended.outcome == "grasped"
@@ -165,6 +165,18 @@ def test_a_covered_object_is_uncovered_first_and_seen_under_the_condition_for_it
     assert done(table)[:2] == ["look", "remove_cover"]
     assert [s.q for s in ended.steps][:2] == ["center", "after_removal"]
     assert [c.q for c in of(Captured, events)][:2] == ["center", "after_removal"]
+
+
+def test_a_view_costs_less_than_a_cover_and_comes_first() -> None:
+    hidden = thing_inside()
+    with scripted_cell(table := Table([hidden, thing(0.7, 0.25, "other")], covered=True)) as cell:
+        cell.instruct("the red object inside the box")
+        events = cell.events()
+    ended = of(Ended, events)[0]
+    assert ended.outcome == "grasped"
+    assert table.gone == [hidden]
+    assert done(table)[:3] == ["look", "right_covered", "remove_cover"]
+    assert [s.q for s in ended.steps][:3] == ["center", "right", "after_removal"]
 
 
 def test_a_reported_removal_alone_opens_nothing() -> None:
@@ -175,11 +187,12 @@ def test_a_reported_removal_alone_opens_nothing() -> None:
     (ended,) = of(Ended, events)
     assert (ended.outcome, ended.reason) == ("failed", "removal_failed")
     assert done(table).count("remove_cover") == 3
-    assert {s.q for s in ended.steps} == {"center"}
+    assert "after_removal" not in {s.q for s in ended.steps}
     assert [b.q for b in of(Believed, events)] == [s.q for s in ended.steps]
-    assert [c.q for c in of(Captured, events)] == ["center", *["after_removal"] * 3]
-    counted = [s.observations for s in ended.steps]
-    assert all(not c for c in counted[1:])
+    hoped_for = [c.q for c in of(Captured, events)]
+    assert hoped_for.count("after_removal") == 3
+    again = [s for s, q in zip(ended.steps, hoped_for, strict=True) if q == "after_removal"]
+    assert all(not s.observations for s in again)
 
 
 def test_under_the_paper_rules_a_removal_that_opens_nothing_ends_the_episode() -> None:

@@ -22,7 +22,7 @@ from surefetch.planner.profiles import PROFILES
 from surefetch.planner.replay import decisions
 
 PLACES = ((0.7, 0.25), (0.7, -0.25), (0.95, 0.3), (0.95, -0.3), (1.2, 0.25))
-INFORMS = tuple(row.name for row in CELL.informs)
+INFORMS = tuple(row.name for row in (*CELL.informs, *CELL.covered_views))
 readings: st.SearchStrategy[Reading] = st.sampled_from(("match", "other", "unread", "hidden"))
 statuses = st.sampled_from(("done", "failed", "refused"))
 sentences = st.sampled_from(
@@ -88,7 +88,7 @@ def test_whatever_happens_the_rules_are_kept(table: Table, sentence: str, profil
     assert all(one.same for one in redone) and len(redone) == len(_decided(events))
     _check_grasps(events, ended, sentence)
     _check_bounds(table, profile)
-    _check_defer(table, events, ended)
+    _check_defer(table, events, ended, profile)
     if profile == "paper":
         _check_paper(table, ended)
     for step in ended.steps:
@@ -131,7 +131,7 @@ def _check_bounds(table: Table, profile: str) -> None:
     assert len(set(ids)) == len(ids)
 
 
-def _check_defer(table: Table, events: Sequence[Event], ended: Ended) -> None:
+def _check_defer(table: Table, events: Sequence[Event], ended: Ended, profile: str) -> None:
     """A defer is a decision, and never because something failed."""
     if ended.outcome != "deferred":
         return
@@ -140,7 +140,7 @@ def _check_defer(table: Table, events: Sequence[Event], ended: Ended) -> None:
     if ended.steps[-1].gamma == (ABS,):
         return
     cover = "covered" if table.covered else "open"
-    for row in CELL.informs:
+    for row in PROFILES[profile].rows(CELL):
         if row.requires == cover and row.name not in table.infeasible:
             assert _succeeded(table, row.name), f"{row.name} was never seen through"
 

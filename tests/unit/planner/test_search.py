@@ -18,9 +18,11 @@ from surefetch.planner.actions import State
 from surefetch.planner.enumeration import Enumeration
 from surefetch.planner.futures import FutureModel
 from surefetch.planner.problem import Options, Problem
+from surefetch.planner.profiles import EXTENDED
 from surefetch.planner.search import solve
 
 ROWS = simulated_cell().informs
+MORE_ROWS = EXTENDED.rows(simulated_cell())
 A_VIEW_FROM_THE_LEFT = InformRow(
     name="left", kind="view", view="right", cost=0.006, requires="open", q="left"
 )
@@ -41,7 +43,7 @@ def problems(draw: st.DrawFn, most_tracks: int = 3) -> Problem:
             y0: {c: tuple(map(int, rng.integers(0, 9, len(OBSERVATIONS)))) for c in CLASSES}
             for y0 in OBSERVATIONS[:3]
         }
-        for row in ROWS
+        for row in MORE_ROWS
     }
     tracks = tuple(range(1, n + 1))
     return Problem(
@@ -53,7 +55,7 @@ def problems(draw: st.DrawFn, most_tracks: int = 3) -> Problem:
         asked=draw(st.sampled_from(("inside", "outside", "any"))),
         q_hat=draw(st.sampled_from((0.05, 0.5, 0.65, 0.9, 0.937, 0.99, np.inf))),
         horizon=draw(st.integers(0, 3)),
-        rows=ROWS,
+        rows=draw(st.sampled_from((ROWS, MORE_ROWS))),
         future=FutureModel(Emission(counts), paired),
         p_remove=0.8,
         p_grasp=6 / 7,

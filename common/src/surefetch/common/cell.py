@@ -92,6 +92,8 @@ class Cell(CellValue, frozen=True):
     delivery: Delivery
     views: tuple[View, ...]
     informs: tuple[InformRow, ...]
+    covered_views: tuple[InformRow, ...] = ()
+    """Views to look from while the container is covered; only some profiles take them."""
 
     def view(self, name: str) -> View:
         """The view of this name. Raises BadInput that lists the names there are."""
@@ -103,10 +105,11 @@ class Cell(CellValue, frozen=True):
 
     def inform(self, name: str) -> InformRow:
         """The information action of this name. Raises BadInput that lists the names there are."""
-        for row in self.informs:
+        rows = (*self.informs, *self.covered_views)
+        for row in rows:
             if row.name == name:
                 return row
-        known = ", ".join(row.name for row in self.informs)
+        known = ", ".join(row.name for row in rows)
         raise BadInput(f'cell "{self.name}" has no action "{name}".\n  Actions: {known}')
 
 
@@ -132,6 +135,6 @@ def parse_cell(text: str, origin: str) -> Cell:
         cell = msgspec.convert(tomllib.loads(text), Cell)
     except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
         raise BadInput(f"cell file {origin}: {error}") from None
-    for row in cell.informs:
+    for row in (*cell.informs, *cell.covered_views):
         cell.view(row.view)
     return cell

@@ -1,6 +1,6 @@
 """Sequences of information actions through recorded states, and the looks along them. Pure."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from typing import Final
 
 from surefetch.belief.episode import EpisodeBelief
@@ -10,9 +10,7 @@ from surefetch.evaluation.recordings.recording import (
     Path,
     Recording,
     RecordingTruth,
-    State,
-    after,
-    first_state,
+    paths,
     state_after,
 )
 from surefetch.evaluation.recordings.walk import Look, look_of, update_after
@@ -26,28 +24,9 @@ VIEWS_WHILE_COVERED: Final = {"paper": False, "extended": True}
 
 
 def allowed_sequences(recording: Recording, profile: str, cell: Cell) -> list[Path]:
-    """All that visit each (view, cover) state at most once, the longer after their beginnings.
-
-    Args:
-        recording: only its recorded states are visited.
-        profile: whose actions they are.
-        cell: whose information actions are taken.
-    """
+    """All that a profile admits on a scene, the longer after their beginnings."""
     views_while_covered = VIEWS_WHILE_COVERED[profile]
-    recorded = {shot.state for shot in recording.shots}
-
-    def grow(path: Path, state: State, visited: frozenset[State]) -> Iterator[Path]:
-        yield path
-        for row in cell.informs:
-            then = after(state, row)
-            under_lid = row.kind == "view" and row.requires == "open" and state.cover == "closed"
-            needs_lid = row.kind == "remove_cover" and state.cover != "closed"
-            out = needs_lid or (under_lid and not views_while_covered)
-            if not out and then in recorded - visited:
-                yield from grow((*path, row.name), then, visited | {then})
-
-    first = first_state(recording.covered)
-    return list(grow((), first, frozenset({first})))
+    return paths(recording.covered, cell, views_while_covered=views_while_covered)
 
 
 def longest(found: Iterable[Path]) -> Path:

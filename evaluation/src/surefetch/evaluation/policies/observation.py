@@ -63,7 +63,7 @@ class Observation:
     def informs(self) -> tuple[InformRow, ...]:
         """Information actions that are open now, in tie order."""
         out = self.used | self.given_up | self.situation.unreachable
-        return actions.expandable(self.cell.informs, self.cover, out)
+        return actions.expandable(self.profile.rows(self.cell), self.cover, out)
 
     @property
     def grasps(self) -> tuple[Grip, ...]:

@@ -108,19 +108,27 @@ def after(state: State, row: InformRow) -> State:
     return State(view=row.view, cover="open" if row.kind == "remove_cover" else state.cover)
 
 
-def admissible(state: State, used: Iterable[str], cell: Cell) -> Iterator[InformRow]:
+def rows_of(cell: Cell, *, views_while_covered: bool) -> tuple[InformRow, ...]:
+    """The information actions of a cell, in tie order; under some rules views of a covered one."""
+    return cell.informs + (cell.covered_views if views_while_covered else ())
+
+
+def admissible(
+    state: State, used: Iterable[str], rows: Iterable[InformRow]
+) -> Iterator[InformRow]:
     """Information actions that a policy may take, in tie order."""
     physical = "covered" if state.cover == "closed" else "open"
     spent = set(used)
-    return (row for row in cell.informs if row.requires == physical and row.name not in spent)
+    return (row for row in rows if row.requires == physical and row.name not in spent)
 
 
-def paths(covered: bool, cell: Cell) -> list[Path]:
+def paths(covered: bool, cell: Cell, *, views_while_covered: bool = False) -> list[Path]:
     """All sequences of information actions, the empty one first, each after its beginnings."""
+    rows = rows_of(cell, views_while_covered=views_while_covered)
 
     def grow(path: Path, state: State) -> Iterator[Path]:
         yield path
-        for row in admissible(state, path, cell):
+        for row in admissible(state, path, rows):
             yield from grow((*path, row.name), after(state, row))
 
     return list(grow((), first_state(covered)))
@@ -133,7 +141,7 @@ def exhaustive_path(covered: bool, cell: Cell) -> Path:
     """
     path: Path = ()
     state = first_state(covered)
-    while (row := next(admissible(state, path, cell), None)) is not None:
+    while (row := next(admissible(state, path, cell.informs), None)) is not None:
         path, state = (*path, row.name), after(state, row)
     return path
 
@@ -152,6 +160,7 @@ def condition_after(path: Sequence[str], cell: Cell) -> str:
 
 
 def states(covered: bool, cell: Cell) -> list[State]:
-    """The states that can be reached, each once, in the order in which the arm visits them."""
-    reached = [state_after(path, covered, cell) for path in paths(covered, cell)]
-    return list(dict.fromkeys(reached))
+    """The states that can be reached, each once; those under the cover before the others."""
+    found = paths(covered, cell, views_while_covered=True)
+    reached = dict.fromkeys(state_after(path, covered, cell) for path in found)
+    return sorted(reached, key=lambda state: state.cover == "open")

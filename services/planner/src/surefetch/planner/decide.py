@@ -63,7 +63,7 @@ def problem_of(errand: Errand, now: Situation) -> Problem:
         asked=errand.target.relation,
         q_hat=now.believed.q_hat,
         horizon=HORIZON,
-        rows=errand.cell.informs,
+        rows=errand.rows,
         future=FutureModel(parameters.emission(), parameters.paired),
         p_remove=parameters.priors.p_remove,
         p_grasp=parameters.priors.p_grasp,
@@ -79,7 +79,7 @@ def worth_asking(
     """
     belief = JointBelief.read(believed.belief)
     grasps = actions.candidates(belief, errand.target.relation, cover)
-    informs = actions.expandable(errand.cell.informs, cover, out)
+    informs = actions.expandable(errand.rows, cover, out)
     return tuple(c.track for c in grasps), tuple(row.name for row in informs)
 
 
@@ -95,7 +95,7 @@ def choice_of(chosen: QValue | None) -> Choice | None:
 def _looking_failed(errand: Errand, now: Situation) -> bool:
     """Whether there is something to look at that only failures keep from being looked at."""
     out = now.used | now.unreachable
-    possible: Iterable[InformRow] = actions.expandable(errand.cell.informs, now.cover, out)
+    possible: Iterable[InformRow] = actions.expandable(errand.rows, now.cover, out)
     return any(row.name in now.given_up for row in possible)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from surefetch.common import policies
+from surefetch.common.cell import Cell, InformRow
 from surefetch.planner.problem import Problem, Solution
 from surefetch.planner.search import solve
 
@@ -20,6 +21,12 @@ class Profile:
     """False: the first failed interaction ends the episode."""
     max_actions: int
     """Information actions and grasps that are executed, failed ones included."""
+    views_while_covered: bool = False
+    """Whether the camera may move before the cover is removed."""
+
+    def rows(self, cell: Cell) -> tuple[InformRow, ...]:
+        """The information actions that these rules allow, in tie order."""
+        return cell.informs + (cell.covered_views if self.views_while_covered else ())
 
 
 @dataclass(frozen=True)
@@ -32,7 +39,9 @@ class Policy:
 
 
 PAPER: Final = Profile("paper", tries=1, outlives_failure=False, max_actions=6)
-EXTENDED: Final = Profile("extended", tries=3, outlives_failure=True, max_actions=12)
+EXTENDED: Final = Profile(
+    "extended", tries=3, outlives_failure=True, max_actions=12, views_while_covered=True
+)
 
 PROFILES: Final = {profile.name: profile for profile in (PAPER, EXTENDED)}
 POLICIES: Final = {

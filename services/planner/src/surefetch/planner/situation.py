@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from surefetch.common.cell import Cell
+from surefetch.common.cell import Cell, InformRow
 from surefetch.common.messages import AfterGrasp, BeliefReply, Feasibility, Target
 from surefetch.common.parameters import Parameters
 from surefetch.planner.actions import State
@@ -18,6 +18,11 @@ class Errand:
     policy: Policy
     parameters: Parameters
     cell: Cell
+
+    @property
+    def rows(self) -> tuple[InformRow, ...]:
+        """The information actions that may be taken at all, in tie order."""
+        return self.policy.profile.rows(self.cell)
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,7 +35,7 @@ class Lookahead:
         belief = problem.belief
         self._masses = belief.p_tracked
         self._total = float(self._masses.sum() + belief.p_unobs + belief.p_abs)
-        # A removal comes before every view, so its axis is first and no sum over it is needed.
+        # Where a removal comes before every view, its axis is first and is never summed over.
         self._order = sorted(problem.rows, key=lambda row: row.kind == "view")
         self._outcomes = {
             row.name: outcomes(problem.future, row, problem.y0) for row in self._order
