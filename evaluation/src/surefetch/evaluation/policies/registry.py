@@ -1,7 +1,7 @@
 """Every policy by its name, with the belief that it acts on."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from typing import Final
@@ -9,6 +9,7 @@ from typing import Final
 from surefetch.common.errors import BadInput
 from surefetch.common.parameters import FULL
 from surefetch.evaluation.fitting.variants import FACTORIZED, NO_MEMORY, POOLED_VIEWS
+from surefetch.evaluation.policies import tuning
 from surefetch.evaluation.policies.always_defer import AlwaysDefer
 from surefetch.evaluation.policies.by_chance import ByChance
 from surefetch.evaluation.policies.cheapest_first import CheapestFirst
@@ -16,20 +17,29 @@ from surefetch.evaluation.policies.exhaustive_look import ExhaustiveLook
 from surefetch.evaluation.policies.greedy import Greedy
 from surefetch.evaluation.policies.observation import Policy
 from surefetch.evaluation.policies.planned import Planned
+from surefetch.evaluation.policies.tuning import THRESHOLDS, Scalar
 from surefetch.planner.problem import Options
 
 ORACLE: Final = "truth-oracle"
 """Knows the truth, and so is no policy: `replaying.oracle` plays it."""
 AT_LEAST: Final = 0.5
-"""Belief from which the controls with a threshold grasp; not tuned yet."""
+"""Belief from which the controls with a threshold grasp, where it was not tuned."""
+TAU: Final = Scalar("at_least", THRESHOLDS)
 
 
 @dataclass(frozen=True)
 class Entry:
     """How a policy is made, once for each episode, and on which belief it acts."""
 
-    make: Callable[[], Policy]
+    make: Callable[..., Policy]
+    """Takes the scalars by name; each has a default."""
     variant: str = FULL
+    scalars: tuple[Scalar, ...] = ()
+    """What is tuned on development scenes, for each belief apart."""
+
+    def having(self, **arguments: object) -> "Entry":
+        """The same, made with these."""
+        return replace(self, make=partial(self.make, **arguments))
 
 
 def _planned(**switches: bool) -> Entry:
@@ -47,13 +57,24 @@ POLICIES: Final[dict[str, Entry]] = {
     "a6": _planned(no_conformal=True),
     "a7": _planned(no_defer=True),
     "a8": _planned(no_conformal=True, no_defer=True),
-    "exhaustive-look": Entry(partial(ExhaustiveLook, AT_LEAST)),
+    "exhaustive-look": Entry(partial(ExhaustiveLook, at_least=AT_LEAST), scalars=(TAU,)),
     "cheapest-first": Entry(CheapestFirst),
     "greedy": Entry(Greedy),
-    "greedy-threshold": Entry(partial(Greedy, AT_LEAST)),
+    "greedy-threshold": Entry(partial(Greedy, at_least=AT_LEAST), scalars=(TAU,)),
     "always-defer": Entry(AlwaysDefer),
     "random": Entry(ByChance),
 }
+
+
+def tuned(name: str, profile: str) -> Entry:
+    """The policy of this name, with what was tuned for the belief of this profile.
+
+    Raises:
+        BadInput: there is none; lists those that there are.
+    """
+    chosen = tuning.shipped(name, profile) if name in POLICIES else None
+    entry = find(name)
+    return entry if chosen is None else entry.having(**chosen.arguments)
 
 
 def find(name: str) -> Entry:

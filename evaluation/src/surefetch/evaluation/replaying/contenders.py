@@ -61,5 +61,5 @@ def contender(label: str, profile: str, parameters: Mapping[str, Parameters]) ->
     numbers, rules = parameters[chosen], profiles.PROFILES[chosen]
     if name == registry.ORACLE:
         return Contender(label, name, None, rules, numbers, numbers.q_hat())
-    entry = registry.find(name)
+    entry = registry.tuned(name, chosen)
     return Contender(label, name, entry, rules, numbers, numbers.q_hat(entry.variant))
