@@ -4,7 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import msgspec
-from scripted_table import BACKEND, CELL, ScriptedPerception, Table, parameters
+from made_up_recording import made_with, shot
+from scripted_table import CELL, ScriptedPerception, Table, parameters
 
 from surefetch.common.hypotheses import Relation
 from surefetch.common.messages import FrameId, Observations, Observe, Target
@@ -12,9 +13,9 @@ from surefetch.common.parameters import Parameters
 from surefetch.evaluation.fitting.variants import VARIANTS
 from surefetch.evaluation.recordings import recording_store
 from surefetch.evaluation.recordings.recording import (
+    FORMAT,
     Recording,
     RecordingTruth,
-    Shot,
     ShotTruth,
     State,
     states,
@@ -43,23 +44,18 @@ def record(
     reached = states(bool(table.covered), CELL)
     shots = [_see(table, state, counter) for counter, state in enumerate(reached)]
     recording = Recording(
-        format=1,
+        format=FORMAT,
         family=family,
         seed=seed,
-        generator_version=1,
-        cell=CELL.name,
-        backend=BACKEND,
+        made_with=made_with(),
         sentence="the red object",
         target=target,
         covered=bool(table.covered),
-        shots=tuple(
-            Shot(state=state, observations=seen)
-            for state, (seen, _) in zip(reached, shots, strict=True)
-        ),
-        durations={},
+        shots=tuple(shot(state, seen) for state, (seen, _) in zip(reached, shots, strict=True)),
+        durations_s={},
     )
     truth = RecordingTruth(
-        format=1,
+        format=FORMAT,
         family=family,
         seed=seed,
         target=None if wanted is None else body(wanted),

@@ -3,13 +3,19 @@
 import numpy as np
 import pytest
 from made_up_looks import look
+from made_up_recording import made_with
 
 from surefetch.common.cell import simulated_cell
 from surefetch.common.hypotheses import Relation
 from surefetch.common.messages import Target
 from surefetch.evaluation.fitting import gates
 from surefetch.evaluation.fitting.gates import Walked
-from surefetch.evaluation.recordings.recording import Recording, RecordingTruth, exhaustive_path
+from surefetch.evaluation.recordings.recording import (
+    FORMAT,
+    Recording,
+    RecordingTruth,
+    exhaustive_path,
+)
 
 CELL = simulated_cell()
 UNSURE = {"1:inside": 0.4, "1:outside": 0.1, "2:inside": 0.45, "unobs": 0.0, "abs": 0.05}
@@ -19,20 +25,18 @@ SURE = {"1:inside": 0.9, "1:outside": 0.01, "2:inside": 0.05, "unobs": 0.0, "abs
 def walked(seed: int, *, covered: bool = False, relation: Relation | None = "inside") -> Walked:
     target = Target(noun="cube", relation="inside")
     recording = Recording(
-        format=1,
+        format=FORMAT,
         family="covered",
         seed=seed,
-        generator_version=1,
-        cell="sim",
-        backend="made-up",
+        made_with=made_with("made-up"),
         sentence="the cube inside the box",
         target=target,
         covered=covered,
         shots=(),
-        durations={},
+        durations_s={},
     )
     truth = RecordingTruth(
-        format=1,
+        format=FORMAT,
         family="covered",
         seed=seed,
         target=None if relation is None else "target",

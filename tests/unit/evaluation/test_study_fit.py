@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_up_recording import made_with, shot
 
 from surefetch.common.cell import simulated_cell
 from surefetch.common.errors import BadInput
@@ -22,6 +23,7 @@ from surefetch.evaluation.fitting import fit_command as study_fit
 from surefetch.evaluation.fitting.evidence_switches import SWITCHES
 from surefetch.evaluation.recordings import recording_store
 from surefetch.evaluation.recordings.recording import (
+    FORMAT,
     BodyMatch,
     Recording,
     RecordingTruth,
@@ -62,10 +64,10 @@ def detection(state: State, body: str) -> Detection:
     )
 
 
-def shot(state: State) -> Shot:
-    return Shot(
-        state=state,
-        observations=Observations(
+def seen(state: State) -> Shot:
+    return shot(
+        state,
+        Observations(
             frame=FrameId(boot="b", counter=0),
             backend="made-up",
             detections=tuple(detection(state, body) for body in PLACES),
@@ -82,20 +84,18 @@ def record(folder: Path, seed: int) -> None:
     """The target in the box, and beside it a twin that is not in it."""
     reached = states(False, CELL)
     recording = Recording(
-        format=1,
+        format=FORMAT,
         family="ambiguous",
         seed=seed,
-        generator_version=1,
-        cell=CELL.name,
-        backend="made-up",
+        made_with=made_with("made-up"),
         sentence="the red cube inside the box",
         target=Target(noun="cube", color="red", shape="cube", relation="inside"),
         covered=False,
-        shots=tuple(shot(state) for state in reached),
-        durations={},
+        shots=tuple(seen(state) for state in reached),
+        durations_s={},
     )
     truth = RecordingTruth(
-        format=1,
+        format=FORMAT,
         family="ambiguous",
         seed=seed,
         target="target",

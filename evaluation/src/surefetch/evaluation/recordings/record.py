@@ -1,30 +1,25 @@
 """`surefetch study record`: many scenes to recordings, once; what is there is not made again."""
 
 import argparse
-import multiprocessing
 import os
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 import cv2
+import msgspec
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from surefetch.common.cell import simulated_cell
-from surefetch.evaluation.recordings import recording_store, splits
+from surefetch.evaluation.recordings import recording_store, splits, spread
+from surefetch.evaluation.recordings.made_with import made_with
 from surefetch.evaluation.recordings.recording import FORMAT
 from surefetch.evaluation.recordings.studio import Studio
-from surefetch.evaluation.scenes.candidate import GENERATOR_VERSION
 from surefetch.evaluation.scenes.generate import generate
 from surefetch.perception.backends import BACKENDS
 from surefetch.perception.frame_geometry import LatestGeometry
-
-MOST_JOBS: Final = 2
-ONE_THREAD: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -43,14 +38,20 @@ def main(argv: list[str]) -> int:
     seeds = splits.seeds_of(asked.split, asked.episodes, asked.seeds)
     families = splits.families_of(asked.families)
     recording_store.write_manifest(asked.out, _made_with(asked.perception))
+    folder = asked.out.resolve()
     jobs = [
-        Job(asked.out, asked.perception, family, seed)
+        Job(folder, asked.perception, family, seed)
         for seed in seeds
         for family in families
-        if not recording_store.is_recorded(asked.out, family, seed)
+        if not recording_store.is_recorded(folder, family, seed)
     ]
     wanted = len(seeds) * len(families)
-    _record_all(jobs, asked.jobs, wanted)
+    recorded = (
+        spread.over_cores(record_one, jobs, asked.jobs, _is_done)
+        if asked.ray is None
+        else spread.over_ray(record_one, jobs, asked.ray)
+    )
+    _show(recorded, wanted - len(jobs), wanted)
     print(f"{wanted} scenes are recorded in {asked.out}; {len(jobs)} of them now.")
     return 0
 
@@ -68,17 +69,24 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--families", metavar="F,…", help="default: all five")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
     parser.add_argument("--perception", choices=sorted(BACKENDS), default="classical")
-    parser.add_argument("--jobs", type=int, choices=range(1, MOST_JOBS + 1), default=1)
+    cores = os.cpu_count() or 1
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        choices=range(1, cores + 1),
+        default=1,
+        metavar="N",
+        help=f"processes, at most {cores} here",
+    )
+    parser.add_argument(
+        "--ray", metavar="ADDRESS", help="instead: a Ray cluster that shares the folder, or local"
+    )
     return parser
 
 
 def _made_with(backend: str) -> dict[str, object]:
-    return {
-        "format": FORMAT,
-        "generator_version": GENERATOR_VERSION,
-        "cell": simulated_cell().name,
-        "backend": BACKENDS[backend](LatestGeometry()).name,
-    }
+    made = made_with(simulated_cell(), BACKENDS[backend](LatestGeometry()).name)
+    return {"format": FORMAT, **msgspec.structs.asdict(made)}
 
 
 def record_one(job: Job) -> str:
@@ -91,7 +99,11 @@ def record_one(job: Job) -> str:
     return f"{job.family}:{job.seed}"
 
 
-def _record_all(jobs: list[Job], workers: int, wanted: int) -> None:
+def _is_done(job: Job) -> bool:
+    return recording_store.is_recorded(job.folder, job.family, job.seed)
+
+
+def _show(recorded: Iterator[str], before: int, wanted: int) -> None:
     with Progress(
         TextColumn("recording"),
         BarColumn(),
@@ -101,23 +113,6 @@ def _record_all(jobs: list[Job], workers: int, wanted: int) -> None:
         console=Console(stderr=True),
         disable=not sys.stderr.isatty(),
     ) as progress:
-        task = progress.add_task("", total=wanted, completed=wanted - len(jobs))
-        for done in _recorded(jobs, workers):
+        task = progress.add_task("", total=wanted, completed=before)
+        for done in recorded:
             progress.update(task, advance=1, description=done)
-
-
-def _recorded(jobs: list[Job], workers: int) -> Iterator[str]:
-    if workers == 1:
-        yield from map(record_one, jobs)
-        return
-    for name in ONE_THREAD:
-        os.environ.setdefault(name, "1")
-    fresh = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=fresh) as pool:
-        running = [pool.submit(record_one, job) for job in jobs]
-        try:
-            for one in as_completed(running):
-                yield one.result()
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise

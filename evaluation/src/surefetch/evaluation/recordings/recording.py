@@ -7,12 +7,16 @@ a file of its own, which only fitting, calibrating and scoring read.
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from surefetch.common.cell import Cell, InformRow
 from surefetch.common.errors import BadInput
 from surefetch.common.hypotheses import Relation
 from surefetch.common.messages import Message, Name, Observations, Target, Text
+from surefetch.evaluation.recordings.free_space import FreeSpace
 
-FORMAT: Final = 1
+FORMAT: Final = 2
 FIRST_VIEW: Final = "center"
 FIRST_Q: Final = "center"
 
@@ -33,6 +37,28 @@ class Shot(Message, frozen=True, eq=False):
 
     state: State
     observations: Observations
+    K: NDArray[np.float64]
+    """(3, 3)"""
+    T_world_camera: NDArray[np.float64]
+    """(4, 4), as the joints measure it"""
+    free_space: FreeSpace
+
+
+class MadeWith(Message, frozen=True):
+    """What produced a recording. Recordings made with different things are not mixed."""
+
+    surefetch: Name
+    """Version of the package."""
+    generator_version: int
+    generator: Name
+    """Digest of the generator's sources: scenes of one digest and seed are the same."""
+    cell: Name
+    cell_file: Name
+    """Digest of the cell file."""
+    backend: Name
+    """Perception."""
+    perception: Name
+    """Digest of perception's sources."""
 
 
 class Recording(Message, frozen=True, eq=False):
@@ -41,15 +67,24 @@ class Recording(Message, frozen=True, eq=False):
     format: int
     family: Name
     seed: int
-    generator_version: int
-    cell: Name
-    backend: Name
+    made_with: MadeWith
     sentence: Text
     target: Target
     covered: bool
     """Whether the scene begins with a cover on the container."""
     shots: tuple[Shot, ...]
-    durations: dict[str, float]
+    durations_s: dict[str, float]
+    """Wall time of what recording did: `captures`, `perception`, `all`."""
+
+    @property
+    def cell(self) -> str:
+        """Name of the cell."""
+        return self.made_with.cell
+
+    @property
+    def backend(self) -> str:
+        """Name of the perception that answered."""
+        return self.made_with.backend
 
     def shot(self, state: State) -> Observations:
         """What was seen in a state. Raises BadInput when it was not recorded."""
@@ -113,9 +148,7 @@ def rows_of(cell: Cell, *, views_while_covered: bool) -> tuple[InformRow, ...]:
     return cell.informs + (cell.covered_views if views_while_covered else ())
 
 
-def admissible(
-    state: State, used: Iterable[str], rows: Iterable[InformRow]
-) -> Iterator[InformRow]:
+def admissible(state: State, used: Iterable[str], rows: Iterable[InformRow]) -> Iterator[InformRow]:
     """Information actions that a policy may take, in tie order."""
     physical = "covered" if state.cover == "closed" else "open"
     spent = set(used)

@@ -27,6 +27,8 @@ from surefetch.common.messages import (
 from surefetch.common.topics import FRAME
 from surefetch.evaluation.recordings import labels as recording_labels
 from surefetch.evaluation.recordings.desk import Desk
+from surefetch.evaluation.recordings.free_space import FreeSpace, seen_in
+from surefetch.evaluation.recordings.made_with import made_with
 from surefetch.evaluation.recordings.recording import (
     FORMAT,
     Recording,
@@ -100,22 +102,38 @@ class Studio:
             InfrastructureError: the arm touched something on its way.
         """
         started, before = time.perf_counter(), self._truth()
+        spent_s = {"captures": 0.0, "perception": 0.0}
         covered = self._simulated.covered()
         shots: list[Shot] = []
         truths: list[ShotTruth] = []
         for state in states(covered, self._cell):
             if state.cover == "open" and self._simulated.covered():
                 self.lift_lid()
-            seen = self.look(state.view)
-            shots.append(Shot(state=state, observations=seen))
-            truths.append(self._labelled(state, seen))
+            shots.append(self._shot(state, spent_s))
+            truths.append(self._labelled(state, shots[-1].observations))
         self._check_nothing_moved(before)
-        took = {"recording": time.perf_counter() - started}
-        return self._recording(covered, shots, took), self._recording_truth(truths)
+        spent_s["all"] = time.perf_counter() - started
+        return self._recording(covered, shots, spent_s), self._recording_truth(truths)
 
     def look(self, view: str) -> Observations:
         """Drive to a view, capture and perceive."""
         return self.perceive(self.capture(view))
+
+    def _shot(self, state: State, spent_s: dict[str, float]) -> Shot:
+        """One state; what it took is added to `spent_s`."""
+        began = time.perf_counter()
+        frame = self.frame(self.capture(state.view))
+        captured = time.perf_counter()
+        seen = self.perceive(frame.info.frame)
+        spent_s["captures"] += captured - began
+        spent_s["perception"] += time.perf_counter() - captured
+        return Shot(
+            state=state,
+            observations=seen,
+            K=frame.info.K,
+            T_world_camera=frame.info.T_world_camera,
+            free_space=FreeSpace.of(seen_in(frame)),
+        )
 
     def capture(self, view: str) -> FrameId:
         """Drive to a view and take a frame."""
@@ -168,20 +186,18 @@ class Studio:
                     f"{1e3 * np.linalg.norm(moved):.1f} mm: the arm touched it between two views."
                 )
 
-    def _recording(self, covered: bool, shots: list[Shot], took: dict[str, float]) -> Recording:
+    def _recording(self, covered: bool, shots: list[Shot], spent_s: dict[str, float]) -> Recording:
         scene = self._generated.scene
         return Recording(
             format=FORMAT,
             family=scene.family,
             seed=scene.seed,
-            generator_version=scene.generator_version,
-            cell=self._cell.name,
-            backend=self._perception.backend,
+            made_with=made_with(self._cell, self._perception.backend),
             sentence=self._generated.sentence,
             target=self._generated.target,
             covered=covered,
             shots=tuple(shots),
-            durations=took,
+            durations_s=spent_s,
         )
 
     def _recording_truth(self, truths: list[ShotTruth]) -> RecordingTruth:

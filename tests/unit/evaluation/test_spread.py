@@ -1,0 +1,66 @@
+"""Units of work over processes: each is done once, whatever becomes of the workers."""
+
+import os
+import signal
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from surefetch.common.errors import BadInput, InfrastructureError
+from surefetch.evaluation.recordings import spread
+
+
+@dataclass(frozen=True)
+class Unit:
+    folder: Path
+    name: str
+    dies: int = 0
+    """How many of its workers are killed in the middle of it."""
+
+
+def done(unit: Unit) -> bool:
+    return (unit.folder / unit.name).exists()
+
+
+def work(unit: Unit) -> str:
+    deaths = unit.folder / f"{unit.name}.deaths"
+    so_far = len(deaths.read_text()) if deaths.exists() else 0
+    if so_far < unit.dies:
+        deaths.write_text("+" * (so_far + 1))
+        os.kill(os.getpid(), signal.SIGKILL)
+    (unit.folder / unit.name).write_text("done")
+    return unit.name
+
+
+@pytest.mark.parametrize("cores", [1, 2])
+def test_every_unit_is_done(tmp_path: Path, cores: int) -> None:
+    units = [Unit(tmp_path, f"unit {n}") for n in range(4)]
+    assert sorted(spread.over_cores(work, units, cores, done)) == [u.name for u in units]
+
+
+def test_a_killed_worker_costs_nothing_but_its_unit_again(tmp_path: Path) -> None:
+    units = [Unit(tmp_path, f"unit {n}", dies=int(n == 1)) for n in range(4)]
+    list(spread.over_cores(work, units, 2, done))
+    assert all(map(done, units))
+
+
+def test_workers_that_die_again_and_again_are_reported(tmp_path: Path) -> None:
+    units = [Unit(tmp_path, "unit 0"), Unit(tmp_path, "unit 1", dies=99)]
+    with pytest.raises(InfrastructureError, match="fewer --jobs"):
+        list(spread.over_cores(work, units, 2, done))
+
+
+def test_without_ray_the_command_says_how_to_get_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(BadInput, match=r"surefetch-evaluation\[ray\]"):
+        list(spread.over_ray(work, [Unit(tmp_path, "unit 0")], "local"))
+
+
+def test_a_ray_cluster_does_every_unit(tmp_path: Path) -> None:
+    pytest.importorskip("ray")
+    units = [Unit(tmp_path, f"unit {n}", dies=int(n == 1)) for n in range(4)]
+    assert sorted(spread.over_ray(work, units, "local")) == [u.name for u in units]
