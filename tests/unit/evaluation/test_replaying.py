@@ -28,6 +28,7 @@ from surefetch.common.parameters import write_parameters
 from surefetch.evaluation.policies.observation import Observation, Policy
 from surefetch.evaluation.policies.planned import Planned
 from surefetch.evaluation.policies.registry import ORACLE, POLICIES
+from surefetch.evaluation.recordings.free_space import FREE, SHAPE, UNSEEN, FreeSpace
 from surefetch.evaluation.recordings.recording import Recording, RecordingTruth
 from surefetch.evaluation.replaying import command, manifest, results
 from surefetch.evaluation.replaying.beliefs import Beliefs
@@ -192,6 +193,23 @@ def test_a_policy_is_not_told_the_family_the_seed_or_a_body() -> None:
     for now in spy.told:
         told = repr((now.target, now.believed, now.feasibility, now.used, now.cover))
         assert not any(secret in told for secret in ("partial", "123456", "body"))
+
+
+def test_a_policy_is_told_the_free_space_of_all_looks_so_far_and_of_no_other() -> None:
+    recording, truth = record(TABLES["it must be looked at"], wanted=0)
+    grids = [np.full(SHAPE, UNSEEN, np.int8) for _ in recording.shots]
+    for n, grid in enumerate(grids):
+        grid[n] = FREE
+    shots = tuple(
+        msgspec.structs.replace(shot, free_space=FreeSpace.of(grid))
+        for shot, grid in zip(recording.shots, grids, strict=True)
+    )
+    spy = Spy()
+    replayed(spy, (msgspec.structs.replace(recording, shots=shots), truth))
+    for n, now in enumerate(spy.told, start=1):
+        assert (now.free_space == FREE).all(axis=(1, 2)).tolist() == [
+            k < n for k in range(SHAPE[0])
+        ]
 
 
 def test_the_first_try_comes_out_the_same_whenever_it_is_made() -> None:

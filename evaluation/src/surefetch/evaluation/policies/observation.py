@@ -4,6 +4,7 @@ Nothing here comes from the scorer's files: no body, no pose, no family, no seed
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +13,7 @@ from surefetch.common.cell import Cell, InformRow
 from surefetch.common.hypotheses import RELATIONS, Relation, tracked
 from surefetch.common.messages import AfterGrasp, BeliefReply, Choice, Feasibility, Target
 from surefetch.common.parameters import Parameters
+from surefetch.evaluation.recordings.free_space import FreeSpace, Grid, fused
 from surefetch.planner import actions
 from surefetch.planner.actions import State
 from surefetch.planner.profiles import Profile
@@ -53,6 +55,13 @@ class Observation:
     """Information actions and grasps executed so far, failed ones included."""
     rng: np.random.Generator
     """The policy's own random numbers; nobody else draws from them."""
+    looks: tuple[FreeSpace, ...] = ()
+    """What each look so far told of the space over the table, in order."""
+
+    @cached_property
+    def free_space(self) -> Grid:
+        """(nx, ny, nz): what all looks so far tell together. See `recordings.free_space`."""
+        return fused([look.grid() for look in self.looks])
 
     @property
     def situation(self) -> Situation:

@@ -22,6 +22,7 @@ from surefetch.common.messages import (
 )
 from surefetch.common.parameters import Parameters
 from surefetch.evaluation.policies.observation import Observation, Policy, words_of
+from surefetch.evaluation.recordings.free_space import FreeSpace
 from surefetch.evaluation.replaying.beliefs import Beliefs, Heard, History
 from surefetch.evaluation.replaying.world import OutOfRecording, Report, ViewFailed, World
 from surefetch.planner import endings
@@ -57,6 +58,7 @@ class Moment:
     heard: Heard
     delivered: str
     believed: BeliefReply
+    free_space: FreeSpace
     now: Observation | None = None
     """What the policy was told; None: it was not asked any more."""
     choice: Choice | None = None
@@ -143,7 +145,7 @@ def _look(turn: Turn, errand: Errand, world: World, beliefs: Beliefs) -> tuple[T
     history = (*turn.heard, heard)
     belief = beliefs.after(history, sight.seen)
     state = believe(state, sight.frame, belief.reply)
-    moment = Moment(heard, belief.delivered, belief.reply)
+    moment = Moment(heard, belief.delivered, belief.reply, sight.free_space)
     return Turn(state, (*turn.moments, moment)), world.feasible(history, state.estimate)
 
 
@@ -168,6 +170,7 @@ def _decide(
         feasibility=feasibility,
         n_actions=state.n_actions,
         rng=rng,
+        looks=tuple(moment.free_space for moment in turn.moments),
     )
     began_s = time.perf_counter()
     choice = policy.act(now)

@@ -23,8 +23,10 @@ from surefetch.common.messages import (
     Outcome,
     Verb,
 )
+from surefetch.common.topics import FRAME
 from surefetch.evaluation.recordings import labels
 from surefetch.evaluation.recordings.desk import Desk
+from surefetch.evaluation.recordings.free_space import FreeSpace, seen_in
 from surefetch.evaluation.recordings.recording import Cover, State
 from surefetch.evaluation.replaying.beliefs import EPISODE, History
 from surefetch.evaluation.replaying.world import Report, Sight, ViewFailed
@@ -46,6 +48,7 @@ from surefetch.planner.fetching import fetch
 from surefetch.planner.situation import Errand
 
 BOOT: Final = "live"
+FRAME_S: Final = 1.0
 
 
 class LiveWorld:
@@ -104,7 +107,9 @@ class LiveWorld:
         seen = self._crew.observe(frame, self._errand.target, view)
         self._label(frame, seen)
         self._n_looks += 1
-        return Sight(State(view=view, cover=self._cover()), seen, frame, self._n_looks)
+        pixels = self._desk.ask(FRAME, frame.frame, timeout_s=FRAME_S)
+        space = FreeSpace.of(seen_in(pixels))
+        return Sight(State(view=view, cover=self._cover()), seen, frame, space, self._n_looks)
 
     def feasible(self, history: History, estimate: Estimate) -> Feasibility:
         """What the executor says of all tracks and of what may be looked at."""

@@ -2,8 +2,6 @@
 
 from collections import Counter
 
-import numpy as np
-
 from surefetch.common.cell import InformRow
 from surefetch.common.injections import Injector
 from surefetch.common.messages import (
@@ -12,9 +10,8 @@ from surefetch.common.messages import (
     FrameInfo,
     Grasp,
     GraspVerdict,
-    Observations,
 )
-from surefetch.evaluation.recordings.recording import State, first_state
+from surefetch.evaluation.recordings.recording import Shot, State, first_state
 from surefetch.evaluation.replaying.beliefs import History
 from surefetch.evaluation.replaying.outcomes import NO_BODY, Outcomes
 from surefetch.evaluation.replaying.scene import RecordedScene
@@ -39,8 +36,8 @@ class RecordedWorld:
             raise OutOfRecording(
                 f"{self._named()} was recorded without the view {view} with cover {state.cover}."
             )
-        seen = self._scene.shots[state]
-        return Sight(state, seen, _frame(view, seen))
+        shot = self._scene.shots[state]
+        return Sight(state, shot.observations, _frame(shot), shot.free_space)
 
     def feasible(self, history: History, estimate: Estimate) -> Feasibility:  # noqa: ARG002
         """Everything."""
@@ -88,14 +85,14 @@ class RecordedWorld:
         return f"{self._scene.recording.family}:{self._scene.recording.seed}"
 
 
-def _frame(view: str, seen: Observations) -> FrameInfo:
-    """Only its view is asked for."""
+def _frame(shot: Shot) -> FrameInfo:
+    """What a shot tells of its frame; the size of the image is not recorded."""
     return FrameInfo(
-        frame=seen.frame,
-        view=view,
+        frame=shot.observations.frame,
+        view=shot.state.view,
         width=0,
         height=0,
-        K=np.zeros((3, 3)),
-        T_world_camera=np.zeros((4, 4)),
+        K=shot.K,
+        T_world_camera=shot.T_world_camera,
         captured_s=0.0,
     )

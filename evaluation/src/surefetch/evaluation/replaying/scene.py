@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import msgspec
 
-from surefetch.common.messages import Detection, Observations
-from surefetch.evaluation.recordings.recording import Recording, RecordingTruth, State
+from surefetch.common.messages import Detection
+from surefetch.evaluation.recordings.recording import Recording, RecordingTruth, Shot, State
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,14 +16,14 @@ class RecordedScene:
     recording: Recording
     truth: RecordingTruth
     stratum: str
-    shots: Mapping[State, Observations]
+    shots: Mapping[State, Shot]
     bodies: Mapping[str, str | None]
     """The body under each detection, by its new name. For the world and the scorer alone."""
 
 
 def ready(recording: Recording, truth: RecordingTruth, stratum: str = "") -> RecordedScene:
     """The scene with detections named ``SHOT-NUMBER``; `stratum` is of the scorer's file."""
-    shots: dict[State, Observations] = {}
+    shots: dict[State, Shot] = {}
     bodies: dict[str, str | None] = {}
     for k, shot in enumerate(recording.shots):
         under = truth.bodies(shot.state)
@@ -31,5 +31,6 @@ def ready(recording: Recording, truth: RecordingTruth, stratum: str = "") -> Rec
         for n, detection in enumerate(shot.observations.detections):
             renamed.append(msgspec.structs.replace(detection, id=f"{k}-{n}"))
             bodies[f"{k}-{n}"] = under.get(detection.id)
-        shots[shot.state] = msgspec.structs.replace(shot.observations, detections=tuple(renamed))
+        seen = msgspec.structs.replace(shot.observations, detections=tuple(renamed))
+        shots[shot.state] = msgspec.structs.replace(shot, observations=seen)
     return RecordedScene(recording, truth, stratum, shots, bodies)

@@ -6,6 +6,7 @@ from typing import Protocol
 from surefetch.common.cell import InformRow
 from surefetch.common.errors import SurefetchError
 from surefetch.common.messages import Estimate, Feasibility, FrameInfo, Grasp, Observations
+from surefetch.evaluation.recordings.free_space import FreeSpace
 from surefetch.evaluation.recordings.recording import State
 from surefetch.evaluation.replaying.beliefs import History
 from surefetch.planner.episode_state import EpisodeState
@@ -31,6 +32,7 @@ class Sight:
     """The true one."""
     seen: Observations
     frame: FrameInfo
+    free_space: FreeSpace
     take: int = 0
     """See `Heard.take`."""
 
