@@ -1,37 +1,13 @@
 """Units of work over processes: each is done once, whatever becomes of the workers."""
 
-import os
-import signal
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from dying_units import Unit, done, work
 
 from surefetch.common.errors import BadInput, InfrastructureError
 from surefetch.evaluation.recordings import spread
-
-
-@dataclass(frozen=True)
-class Unit:
-    folder: Path
-    name: str
-    dies: int = 0
-    """How many of its workers are killed in the middle of it."""
-
-
-def done(unit: Unit) -> bool:
-    return (unit.folder / unit.name).exists()
-
-
-def work(unit: Unit) -> str:
-    deaths = unit.folder / f"{unit.name}.deaths"
-    so_far = len(deaths.read_text()) if deaths.exists() else 0
-    if so_far < unit.dies:
-        deaths.write_text("+" * (so_far + 1))
-        os.kill(os.getpid(), signal.SIGKILL)
-    (unit.folder / unit.name).write_text("done")
-    return unit.name
 
 
 @pytest.mark.parametrize("cores", [1, 2])
