@@ -12,9 +12,10 @@ from surefetch.common.parameters import PROFILES
 from surefetch.evaluation.replaying import audit
 from surefetch.evaluation.replaying.audit import Course
 from surefetch.evaluation.replaying.contenders import contender
-from surefetch.evaluation.replaying.evaluate import Conditions, beliefs_of, play_one, world_of
+from surefetch.evaluation.replaying.evaluate import Conditions, world_of
 from surefetch.evaluation.replaying.outcomes import Rates
 from surefetch.evaluation.replaying.scene import ready
+from surefetch.evaluation.replaying.sitting import Sitting
 
 NEVER_FAILS = Conditions(Rates(1.0, 1.0, 1.0))
 UNREAD_FIRST = (thing(0.9, -0.1, center="unread"), thing(0.9, 0.1, "other", center="unread"))
@@ -39,8 +40,8 @@ def live(table: Table) -> tuple[Course, Target]:
 def replayed(table: Table, target: Target, label: str = "ours") -> Course:
     scene = ready(*record(table, wanted=0, target=target))
     one = contender(label, "extended", {name: numbers(name) for name in PROFILES})
-    world = world_of(scene, NEVER_FAILS)
-    return audit.of_replay(play_one(one, scene, world, beliefs_of(one, scene), CELL))
+    sitting = Sitting.begin(one, scene, CELL)
+    return audit.of_replay(sitting.play(world_of(scene, NEVER_FAILS), sitting.beliefs()))
 
 
 @pytest.mark.parametrize("name", TABLES)

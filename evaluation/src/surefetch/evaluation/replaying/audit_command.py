@@ -21,8 +21,9 @@ from surefetch.evaluation.replaying import audit
 from surefetch.evaluation.replaying.audit import SAME, Comparison, Course
 from surefetch.evaluation.replaying.audit_live import by_processes, has_processes, in_process
 from surefetch.evaluation.replaying.contenders import Contender, contender
-from surefetch.evaluation.replaying.evaluate import Conditions, beliefs_of, play_one, world_of
+from surefetch.evaluation.replaying.evaluate import Conditions, world_of
 from surefetch.evaluation.replaying.scene import RecordedScene, ready
+from surefetch.evaluation.replaying.sitting import Sitting
 from surefetch.evaluation.running.cell import CellWanted, open_cell
 from surefetch.evaluation.running.live import Live
 
@@ -80,8 +81,8 @@ def _audit(one: Contender, scenes: Sequence[RecordedScene], console: Console) ->
 
 
 def _replayed(one: Contender, scene: RecordedScene, cell: Cell) -> Course:
-    world = world_of(scene, Conditions())
-    return audit.of_replay(play_one(one, scene, world, beliefs_of(one, scene), cell))
+    sitting = Sitting.begin(one, scene, cell)
+    return audit.of_replay(sitting.play(world_of(scene, Conditions()), sitting.beliefs()))
 
 
 def _row(one: Contender, scene: RecordedScene, replayed: Course, live: Course) -> Row:

@@ -7,9 +7,9 @@ from surefetch.common.policies import OWN_PROFILE
 from surefetch.evaluation.replaying import audit
 from surefetch.evaluation.replaying.audit import Course
 from surefetch.evaluation.replaying.contenders import Contender
-from surefetch.evaluation.replaying.evaluate import beliefs_of, play_one
 from surefetch.evaluation.replaying.live_world import LiveWorld, perception_of
 from surefetch.evaluation.replaying.scene import RecordedScene
+from surefetch.evaluation.replaying.sitting import Sitting
 from surefetch.evaluation.running.live import Live
 from surefetch.evaluation.scenes.generate import generate
 from surefetch.planner import profiles, situation
@@ -42,7 +42,8 @@ def in_process(one: Contender, scene: RecordedScene, cell: Cell) -> Course:
     with LiveWorld(
         made, errand_of(one, scene, cell), perception_of(recording.backend), Injector()
     ) as world:
-        return audit.of_replay(play_one(one, scene, world, beliefs_of(one, scene), cell))
+        sitting = Sitting.begin(one, scene, cell)
+        return audit.of_replay(sitting.play(world, sitting.beliefs()))
 
 
 def errand_of(one: Contender, scene: RecordedScene, cell: Cell) -> situation.Errand:

@@ -4,21 +4,18 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from surefetch.common.cell import Cell
-from surefetch.common.errors import BadInput
 from surefetch.common.injections import Injector
 from surefetch.common.messages import Injection
 from surefetch.common.parameters import check_origin
-from surefetch.common.streams import stream
 from surefetch.evaluation.replaying.beliefs import Beliefs
 from surefetch.evaluation.replaying.contenders import Contender
-from surefetch.evaluation.replaying.episode import Errand, Played, play
 from surefetch.evaluation.replaying.oracle import play_oracle
 from surefetch.evaluation.replaying.outcomes import Outcomes, Rates
 from surefetch.evaluation.replaying.recorded_world import RecordedWorld
 from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.replaying.scene import RecordedScene
 from surefetch.evaluation.replaying.scoring import score
-from surefetch.evaluation.replaying.world import World
+from surefetch.evaluation.replaying.sitting import Sitting
 
 
 @dataclass(frozen=True)
@@ -43,19 +40,14 @@ def evaluate(
     known: dict[tuple[str, str], Beliefs] = {}
     for one in contenders:
         check_origin(one.parameters, cell=scene.recording.cell, backend=scene.recording.backend)
-        key = (one.profile.name, one.variant)
-        if key not in known:
-            known[key] = beliefs_of(one, scene)
-        yield _episode(one, scene, known[key], cell, conditions)
-
-
-def _episode(
-    one: Contender, scene: RecordedScene, beliefs: Beliefs, cell: Cell, conditions: Conditions
-) -> EpisodeResult:
-    world = world_of(scene, conditions)
-    if one.entry is None:
-        return play_oracle(one, scene, world, cell)
-    return score(play_one(one, scene, world, beliefs, cell), one, scene, scene.bodies, cell)
+        world = world_of(scene, conditions)
+        if one.entry is None:
+            yield play_oracle(one, scene, world, cell)
+            continue
+        sitting = Sitting.begin(one, scene, cell)
+        beliefs = known.setdefault((one.profile.name, one.variant), sitting.beliefs())
+        played = sitting.play(world, beliefs)
+        yield score(played, one, scene, scene.bodies, cell)
 
 
 def world_of(scene: RecordedScene, conditions: Conditions) -> RecordedWorld:
@@ -63,30 +55,3 @@ def world_of(scene: RecordedScene, conditions: Conditions) -> RecordedWorld:
     address = scene.recording.family, scene.recording.seed
     outcomes = Outcomes(*address, conditions.rates, conditions.draw)
     return RecordedWorld(scene, outcomes, Injector(*address, conditions.injections))
-
-
-def beliefs_of(one: Contender, scene: RecordedScene) -> Beliefs:
-    """What a contender believes of a scene, before its first look."""
-    recording = scene.recording
-    return Beliefs(
-        recording.target.relation, recording.backend, one.parameters, one.variant, one.q_hat
-    )
-
-
-def play_one(
-    one: Contender, scene: RecordedScene, world: World, beliefs: Beliefs, cell: Cell
-) -> Played:
-    """One episode of a contender on a table of this scene.
-
-    Raises:
-        BadInput: the policy took an action that was not open; names it and the scene.
-    """
-    recording = scene.recording
-    assert one.entry is not None
-    errand = Errand(recording.target, cell, one.parameters, one.profile)
-    rng = stream(recording.family, recording.seed, "policy", one.name)
-    try:
-        return play(one.entry.make(), errand, world, beliefs, rng)
-    except BadInput as error:
-        where = f"{recording.family}:{recording.seed}"
-        raise BadInput(f'policy "{one.label}" on {where}: {error}') from None
