@@ -9,6 +9,10 @@ from surefetch.common.errors import BadInput
 
 COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "record": ("recordings.record:main", "capture and perceive every state of many scenes, once"),
+    "measure": (
+        "replaying.measure_command:main",
+        "removals and grasps of recorded scenes, by physics",
+    ),
     "fit": (
         "fitting.fit_command:main",
         "observation models and priors from development recordings",

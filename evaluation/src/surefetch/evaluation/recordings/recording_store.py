@@ -1,7 +1,7 @@
 """Recordings on disk: ``DIR/FAMILY-SEED.recording``, and the scorer's own under ``DIR/truth/``.
 
 ``truth/FAMILY-SEED.json`` says which body lies under each detection, ``.scene.json`` what is true
-of the scene.
+of the scene, `.measured.json` what came of removing its cover and grasping its target.
 
 A scene counts as recorded when its `.recording` is there, because that file is written last.
 """
@@ -15,6 +15,8 @@ import msgspec
 
 from surefetch.common import codec
 from surefetch.common.errors import BadInput, CodecError
+from surefetch.evaluation.recordings import measured as measured_outcomes
+from surefetch.evaluation.recordings.measured import Measured
 from surefetch.evaluation.recordings.recording import FORMAT, Recording, RecordingTruth
 from surefetch.evaluation.recordings.splits import FAMILIES
 from surefetch.evaluation.scenes.truth import SceneTruth
@@ -77,6 +79,38 @@ def load_truth(folder: Path, family: str, seed: int) -> RecordingTruth:
     return _read_truth(folder / "truth" / f"{_stem(family, seed)}.json", RecordingTruth)
 
 
+def save_measured(folder: Path, measured: Measured) -> None:
+    """Write what was measured of a scene beside its truth."""
+    (folder / "truth").mkdir(parents=True, exist_ok=True)
+    _write(_measured(folder, measured.family, measured.seed), msgspec.json.encode(measured))
+
+
+def is_measured(folder: Path, family: str, seed: int) -> bool:
+    """Whether outcomes of this scene were measured."""
+    return _measured(folder, family, seed).exists()
+
+
+def load_measured(folder: Path, family: str, seed: int) -> Measured:
+    """The measured outcomes of a scene.
+
+    Raises:
+        BadInput: they were not measured, or are damaged or of another format.
+    """
+    path = _measured(folder, family, seed)
+    if not path.exists():
+        raise BadInput(
+            f"outcomes of {family}:{seed} were not measured.\n"
+            f"  Measure them: surefetch study measure --recordings {folder}"
+        )
+    measured = _read_truth(path, Measured)
+    if measured.format != measured_outcomes.FORMAT:
+        raise BadInput(
+            f"{path} has format {measured.format}; this version reads "
+            f"{measured_outcomes.FORMAT}. Measure it again."
+        )
+    return measured
+
+
 def load_scene_truth(folder: Path, family: str, seed: int) -> SceneTruth:
     """What is true of a recorded scene itself. Raises BadInput when it is missing or damaged."""
     return _read_truth(folder / "truth" / f"{_stem(family, seed)}.scene.json", SceneTruth)
@@ -119,6 +153,10 @@ def _scene(path: Path) -> tuple[str, int]:
     if family not in FAMILIES or not seed.isdigit():
         raise BadInput(f"{path}: a recording is named FAMILY-SEED{SUFFIX}.")
     return family, int(seed)
+
+
+def _measured(folder: Path, family: str, seed: int) -> Path:
+    return folder / "truth" / f"{_stem(family, seed)}.measured.json"
 
 
 def _stem(family: str, seed: int) -> str:
