@@ -17,7 +17,7 @@ from surefetch.evaluation.replaying.outcomes import Rates
 from surefetch.evaluation.replaying.scene import ready
 from surefetch.evaluation.replaying.sitting import Sitting
 
-NEVER_FAILS = Conditions(Rates(1.0, 1.0, 1.0))
+NEVER_FAILS = Conditions(rates=Rates(1.0, 1.0, 1.0))
 UNREAD_FIRST = (thing(0.9, -0.1, center="unread"), thing(0.9, 0.1, "other", center="unread"))
 TABLES = {
     "one is clear": Table((thing(0.9, -0.1), thing(0.9, 0.1, "other"))),

@@ -29,19 +29,20 @@ from surefetch.evaluation.policies.observation import Observation, Policy
 from surefetch.evaluation.policies.planned import Planned
 from surefetch.evaluation.policies.registry import ORACLE, POLICIES
 from surefetch.evaluation.recordings.free_space import FREE, SHAPE, UNSEEN, FreeSpace
+from surefetch.evaluation.recordings.measured import Attempt, Measured
 from surefetch.evaluation.recordings.recording import Recording, RecordingTruth
 from surefetch.evaluation.replaying import command, manifest, results
 from surefetch.evaluation.replaying.beliefs import Beliefs
 from surefetch.evaluation.replaying.contenders import contender
 from surefetch.evaluation.replaying.episode import OUT_OF_RECORDING, Errand, Played, play
 from surefetch.evaluation.replaying.evaluate import Conditions, evaluate
-from surefetch.evaluation.replaying.outcomes import Outcomes, Rates
+from surefetch.evaluation.replaying.outcomes import Drawn, Outcome, Rates
 from surefetch.evaluation.replaying.recorded_world import RecordedWorld
 from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.replaying.scene import ready
 from surefetch.planner.profiles import PROFILES
 
-NEVER_FAILS = Rates(1.0, 1.0, 1.0)
+NEVER_FAILS = Conditions(rates=Rates(1.0, 1.0, 1.0))
 RED_AND_BLUE = (thing(0.9, -0.1), thing(0.9, 0.1, "other"))
 UNREAD_FIRST = (thing(0.9, -0.1, center="unread"), thing(0.9, 0.1, "other", center="unread"))
 TABLES = {
@@ -55,20 +56,20 @@ TABLES = {
 
 
 @dataclass(frozen=True)
-class ByScript(Outcomes):
+class ByScript:
     """Outcomes as a live table's script has them: by action, what becomes of each try."""
 
     fails: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
-    def informs(self, row: InformRow, attempt: int) -> bool:
+    def informs(self, row: InformRow, attempt: int) -> Outcome:
         return self._works(row.name, attempt)
 
-    def grasps(self, body: str | None, attempt: int) -> bool:
-        return body is not None and self._works("grasp", attempt)
+    def grasps(self, body: str | None, attempt: int) -> Outcome:
+        return self._works("grasp", attempt) if body is not None else Outcome(False)
 
-    def _works(self, action: str, attempt: int) -> bool:
+    def _works(self, action: str, attempt: int) -> Outcome:
         script = self.fails.get(action, ())
-        return attempt > len(script) or script[attempt - 1] == "done"
+        return Outcome(attempt > len(script) or script[attempt - 1] == "done")
 
 
 def replayed(
@@ -80,8 +81,7 @@ def replayed(
 ) -> Played:
     recording, truth = recorded
     scene = ready(recording, truth)
-    outcomes = ByScript(recording.family, 0, NEVER_FAILS, fails=fails or {})
-    world = RecordedWorld(scene, outcomes, Injector(recording.family, 0, injected))
+    world = RecordedWorld(scene, ByScript(fails or {}), Injector(recording.family, 0, injected))
     parameters = numbers(profile)
     errand = Errand(recording.target, CELL, parameters, PROFILES[profile])
     beliefs = Beliefs(recording.target.relation, recording.backend, parameters, "full", 0.9)
@@ -217,7 +217,7 @@ def test_the_first_try_comes_out_the_same_whenever_it_is_made() -> None:
         record(TABLES["one is clear"], wanted=0, seed=seed) for seed in range(100_000, 100_200)
     ]
     labels = ("greedy", "exhaustive-look", ORACLE)
-    played = evaluated(tables, labels, Conditions(Rates(view=1.0, grasp=0.5)), "paper")
+    played = evaluated(tables, labels, Conditions(rates=Rates(view=1.0, grasp=0.5)), "paper")
     ends = [[episode.verdict for episode in played[label]] for label in labels]
     assert ends[0] == ends[1] == ends[2]
     assert 60 < ends[0].count("grasp_failed") < 140
@@ -228,7 +228,7 @@ def test_equal_looks_at_one_scene_deliver_the_same_to_every_policy() -> None:
     recorded = [record(table, wanted=0 if table.things else None) for table in TABLES.values()]
     labels = [f"{name}@{profile}" for name in POLICIES for profile in PROFILES
               if name not in ("ours", "paper-method")]  # fmt: skip
-    for scene in zip(*evaluated(recorded, labels, Conditions(NEVER_FAILS)).values(), strict=True):
+    for scene in zip(*evaluated(recorded, labels, NEVER_FAILS).values(), strict=True):
         delivered: dict[tuple[tuple[str, str, bool], ...], str] = {}
         for episode in scene:
             for n, step in enumerate(episode.steps):
@@ -239,18 +239,27 @@ def test_equal_looks_at_one_scene_deliver_the_same_to_every_policy() -> None:
 
 @pytest.mark.parametrize(("rate", "low", "high"), [(0.0, 0, 0), (0.9, 420, 480), (1.0, 500, 500)])
 def test_outcomes_come_at_their_rate(rate: float, low: int, high: int) -> None:
-    drawn = [Outcomes("partial", seed, Rates(grasp=rate)).grasps("b", 1) for seed in range(500)]
-    assert low <= sum(drawn) <= high
+    drawn = [Drawn("partial", seed, Rates(grasp=rate)).grasps("b", 1) for seed in range(500)]
+    assert low <= sum(outcome.done for outcome in drawn) <= high
+
+
+def test_another_draw_gives_other_outcomes_at_the_same_rate() -> None:
+    draws = [
+        [Drawn("partial", seed, Rates(grasp=0.5), k).grasps("b", 1).done for seed in range(400)]
+        for k in range(3)
+    ]
+    assert all(140 < sum(draw) < 260 for draw in draws)
+    assert all(sum(a != b for a, b in zip(draws[0], d, strict=True)) > 100 for d in draws[1:])
 
 
 def test_where_no_body_is_nothing_is_grasped() -> None:
-    assert not Outcomes("partial", 1, NEVER_FAILS).grasps(None, 1)
+    assert not Drawn("partial", 1, Rates(grasp=1.0)).grasps(None, 1).done
 
 
 def test_what_was_not_recorded_ends_the_episode_and_is_counted() -> None:
     recording, truth = record(TABLES["it must be looked at"], wanted=0)
     short = msgspec.structs.replace(recording, shots=recording.shots[:1])
-    (episode,) = evaluated([(short, truth)], ["ours"], Conditions(NEVER_FAILS))["ours"]
+    (episode,) = evaluated([(short, truth)], ["ours"], NEVER_FAILS)["ours"]
     assert (episode.verdict, episode.reason) == ("aborted", OUT_OF_RECORDING)
     assert "partial:100000 was recorded without the view" in episode.why
     assert episode.actions == ("right",)
@@ -270,7 +279,7 @@ def test_a_cover_that_only_perception_sees_leads_out_of_the_recording() -> None:
         for s in truth.shots[:1]
     ]
     none = msgspec.structs.replace(truth, shots=tuple(truths))
-    played = evaluated([(wrong, none)], ["exhaustive-look"], Conditions(NEVER_FAILS), "paper")
+    played = evaluated([(wrong, none)], ["exhaustive-look"], NEVER_FAILS, "paper")
     assert "where no cover is on" in played["exhaustive-look"][0].why
 
 
@@ -293,10 +302,73 @@ def test_an_episode_ends_at_the_profile_s_last_action() -> None:
     assert names(played.taken) == ["right"] * 3 + ["close_high"] * 3
 
 
+def attempt(done: bool, moved_m: float = 0.0) -> Attempt:
+    return Attempt(done=done, why="", moved_m=moved_m, turned_deg=0.0, duration_s=7.0)
+
+
+def measured(removals: Sequence[Attempt] = (), grasps: Sequence[Attempt] = ()) -> Measured:
+    return Measured(
+        format=1, family="partial", seed=1, removals=tuple(removals), grasps=tuple(grasps)
+    )
+
+
+def as_measured(
+    of: str, told: Measured, label: str = "ours", profile: str = "extended"
+) -> EpisodeResult:
+    scene = ready(*record(TABLES[of], wanted=0), measured=told)
+    one = contender(label, profile, {name: numbers(name) for name in PROFILES})
+    (episode,) = evaluate(scene, [one], CELL, Conditions("measured"))
+    return episode
+
+
+def test_measured_outcomes_come_in_their_order_with_their_durations() -> None:
+    told = measured(grasps=[attempt(False), attempt(True)])
+    episode = as_measured("one is clear", told, "greedy")
+    assert [action.endswith("(failed)") for action in episode.actions] == [True, False]
+    assert (episode.verdict, episode.duration_s) == ("success", 14.0)
+
+
+def test_a_failure_that_moved_nothing_much_leaves_the_recording_valid() -> None:
+    told = measured(grasps=[attempt(False, moved_m=0.0029), attempt(True)])
+    assert as_measured("one is clear", told).verdict == "success"
+
+
+def test_after_a_failure_that_moved_bodies_nothing_can_be_seen_any_more() -> None:
+    told = measured(grasps=[attempt(False, moved_m=0.0031), attempt(True)])
+    episode = as_measured("one is clear", told)
+    assert (episode.verdict, episode.reason) == ("aborted", OUT_OF_RECORDING)
+    assert "grasp failed and moved what stands there" in episode.why
+
+
+def test_a_failure_that_ends_the_episode_needs_nothing_more_to_be_seen() -> None:
+    told = measured(grasps=[attempt(False, moved_m=0.1)])
+    episode = as_measured("one is clear", told, "greedy", "paper")
+    assert (episode.verdict, episode.reason) == ("grasp_failed", "grasp_failed")
+
+
+def test_a_failed_removal_counts_like_a_failed_grasp() -> None:
+    of, lifted = "it is under the cover", [attempt(True)]
+    stays = measured(removals=[attempt(False), attempt(True)], grasps=lifted)
+    assert as_measured(of, stays).actions.count("remove_cover (failed)") == 1
+    moved = measured(removals=[attempt(False, moved_m=0.01), attempt(True)], grasps=lifted)
+    assert as_measured(of, moved).reason == OUT_OF_RECORDING
+
+
+def test_what_was_not_measured_is_not_made_up() -> None:
+    assert "was not measured" in as_measured("one is clear", measured()).why
+
+
+def test_the_oracle_suffers_what_was_measured() -> None:
+    told = measured(grasps=[attempt(False, moved_m=1.0), attempt(True)])
+    assert as_measured("one is clear", told, ORACLE).verdict == "success"
+    assert as_measured("one is clear", told, ORACLE, "paper").verdict == "grasp_failed"
+    assert as_measured("one is clear", measured(), ORACLE).verdict == "grasp_failed"
+
+
 def test_the_oracle_opens_only_for_what_is_under_the_cover() -> None:
     covered = TABLES["it is under the cover"]
     scenes = [record(covered, wanted=w, seed=100_000 + n) for n, w in enumerate((0, 1, None))]
-    episodes = evaluated(scenes, [ORACLE], Conditions(NEVER_FAILS))[ORACLE]
+    episodes = evaluated(scenes, [ORACLE], NEVER_FAILS)[ORACLE]
     assert [e.verdict for e in episodes] == ["success"] * 3
     assert [e.n_actions for e in episodes] == [2, 1, 0]
     assert [e.outcome for e in episodes] == ["grasped", "grasped", "deferred"]
@@ -305,7 +377,7 @@ def test_the_oracle_opens_only_for_what_is_under_the_cover() -> None:
 
 def test_an_episode_is_written_down_as_it_was_played() -> None:
     scene = record(TABLES["it is under the cover"], wanted=0)
-    (episode,) = evaluated([scene], ["ours"], Conditions(NEVER_FAILS))["ours"]
+    (episode,) = evaluated([scene], ["ours"], NEVER_FAILS)["ours"]
     (grasp,) = episode.grasps
     assert (episode.policy, episode.profile, episode.variant) == ("ours", "extended", "full")
     assert "remove_cover" in episode.actions
@@ -322,7 +394,7 @@ def test_an_episode_is_written_down_as_it_was_played() -> None:
 
 def test_a_defer_is_scored_by_the_best_grasp_that_was_open() -> None:
     scene = record(TABLES["two fit"], wanted=0)
-    (episode,) = evaluated([scene], ["always-defer"], Conditions(NEVER_FAILS))["always-defer"]
+    (episode,) = evaluated([scene], ["always-defer"], NEVER_FAILS)["always-defer"]
     assert (episode.verdict, episode.actions) == ("false_defer", ("defer",))
     assert episode.commit_p == max(episode.steps[0].belief.values())
     assert episode.realized_cost == pytest.approx(0.8)
@@ -396,7 +468,7 @@ def test_the_command_prints_tables_and_what_they_assume(
     told = capsys.readouterr().out
     assert "paper-method" in told
     assert "realised cost" in told
-    assert "feasible" in told
+    assert "assumed, not measured" in told
 
 
 def test_what_was_played_is_not_played_again(

@@ -22,12 +22,15 @@ from surefetch.evaluation.replaying.audit import SAME, Comparison, Course
 from surefetch.evaluation.replaying.audit_live import by_processes, has_processes, in_process
 from surefetch.evaluation.replaying.contenders import Contender, contender
 from surefetch.evaluation.replaying.evaluate import Conditions, world_of
+from surefetch.evaluation.replaying.outcomes import Rates
 from surefetch.evaluation.replaying.scene import RecordedScene, ready
 from surefetch.evaluation.replaying.sitting import Sitting
 from surefetch.evaluation.running.cell import CellWanted, open_cell
 from surefetch.evaluation.running.live import Live
 
 EPISODES: Final = 6
+NEVER_FAIL: Final = Rates(1.0, 1.0, 1.0)
+"""In replay, where outcomes were not measured."""
 Row = dict[str, Any]
 
 
@@ -38,9 +41,11 @@ def main(argv: list[str]) -> int:
     numbers = {name: profile_parameters(name, None) for name in PROFILES}
     contenders = [contender(label, DEFAULT_PROFILE, numbers) for label in asked.policies.split(",")]
     scenes = list(_scenes(asked.recordings, asked.episodes))
+    all_measured = all(scene.measured is not None for scene in scenes)
+    conditions = Conditions("measured" if all_measured else "bernoulli", NEVER_FAIL)
     rows: list[Row] = []
     for one in contenders:
-        for row in _audit(one, scenes, console):
+        for row in _audit(one, scenes, conditions, console):
             console.print(_line(row), soft_wrap=True)
             rows.append(row)
     console.print(_table(rows))
@@ -54,20 +59,26 @@ def _scenes(folder: Path, of_each_family: int) -> Iterator[RecordedScene]:
     for family, seed in recording_store.scenes(folder):
         if left[family] > 0:
             left[family] -= 1
+            is_measured = recording_store.is_measured(folder, family, seed)
             yield ready(
                 recording_store.load(folder, family, seed),
                 recording_store.load_truth(folder, family, seed),
+                measured=recording_store.load_measured(folder, family, seed)
+                if is_measured
+                else None,
             )
 
 
-def _audit(one: Contender, scenes: Sequence[RecordedScene], console: Console) -> Iterator[Row]:
+def _audit(
+    one: Contender, scenes: Sequence[RecordedScene], conditions: Conditions, console: Console
+) -> Iterator[Row]:
     cell = simulated_cell()
     with ExitStack() as stack:
         live = None
         for scene in scenes:
             if has_processes(one) and live is None:
                 live = Live(stack.enter_context(open_cell(CellWanted(), console.print)))
-            replayed = _replayed(one, scene, cell)
+            replayed = _replayed(one, scene, conditions, cell)
             try:
                 course = (
                     in_process(one, scene, cell) if live is None else by_processes(live, one, scene)
@@ -80,9 +91,9 @@ def _audit(one: Contender, scenes: Sequence[RecordedScene], console: Console) ->
                 live = None
 
 
-def _replayed(one: Contender, scene: RecordedScene, cell: Cell) -> Course:
+def _replayed(one: Contender, scene: RecordedScene, conditions: Conditions, cell: Cell) -> Course:
     sitting = Sitting.begin(one, scene, cell)
-    return audit.of_replay(sitting.play(world_of(scene, Conditions()), sitting.beliefs()))
+    return audit.of_replay(sitting.play(world_of(scene, conditions), sitting.beliefs()))
 
 
 def _row(one: Contender, scene: RecordedScene, replayed: Course, live: Course) -> Row:
@@ -133,8 +144,8 @@ def _parser() -> argparse.ArgumentParser:
         description="Run recorded scenes live from their seeds, and tell whether actions, ends "
         "and beliefs are those of the replay. ours and paper-method are run by the four real "
         "processes, other policies by the same services' code in one process. Live actions come "
-        "out as the simulator has it, replayed ones as the recording says: an action that fails "
-        "on one side alone is a difference, and is named.",
+        "out as the simulator has it, replayed ones as was measured, or where nothing was measured "
+        "without a failure: an action that fails on one side alone is a difference, and is named.",
         epilog="example: surefetch study audit --recordings dev --episodes 6 --policies ours,a3",
     )
     parser.add_argument("--recordings", type=Path, required=True, metavar="DIR")

@@ -6,14 +6,12 @@ from surefetch.common.messages import Event, Instruct
 from surefetch.common.policies import OWN_PROFILE
 from surefetch.evaluation.replaying import audit
 from surefetch.evaluation.replaying.audit import Course
-from surefetch.evaluation.replaying.contenders import Contender
+from surefetch.evaluation.replaying.contenders import Contender, errand_of
 from surefetch.evaluation.replaying.live_world import LiveWorld, perception_of
 from surefetch.evaluation.replaying.scene import RecordedScene
 from surefetch.evaluation.replaying.sitting import Sitting
 from surefetch.evaluation.running.live import Live
 from surefetch.evaluation.scenes.generate import generate
-from surefetch.planner import profiles, situation
-from surefetch.planner.search import solve
 
 
 def has_processes(one: Contender) -> bool:
@@ -40,16 +38,10 @@ def in_process(one: Contender, scene: RecordedScene, cell: Cell) -> Course:
     recording = scene.recording
     made = generate(recording.family, recording.seed)
     with LiveWorld(
-        made, errand_of(one, scene, cell), perception_of(recording.backend), Injector()
+        made, errand_of(one, recording.target, cell), perception_of(recording.backend), Injector()
     ) as world:
         sitting = Sitting.begin(one, scene, cell)
         return audit.of_replay(sitting.play(world, sitting.beliefs()))
-
-
-def errand_of(one: Contender, scene: RecordedScene, cell: Cell) -> situation.Errand:
-    """What the planner's own code is told of an errand, to carry out what a policy chose."""
-    policy = profiles.Policy(one.name, one.profile, solve)
-    return situation.Errand(scene.recording.target, "hold", policy, one.parameters, cell)
 
 
 def _show_nothing(_: Event) -> None:

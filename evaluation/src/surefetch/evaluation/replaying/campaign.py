@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from importlib import import_module
 from pathlib import Path
 from typing import Final
 
@@ -15,7 +16,7 @@ from surefetch.common.cell import simulated_cell
 from surefetch.common.parameters import PROFILES, profile_parameters
 from surefetch.evaluation.recordings import recording_store
 from surefetch.evaluation.replaying.contenders import Contender, contender
-from surefetch.evaluation.replaying.evaluate import Conditions, evaluate
+from surefetch.evaluation.replaying.evaluate import Conditions, Finish, evaluate
 from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.replaying.scene import ready
 
@@ -36,6 +37,8 @@ class Campaign:
     """Of policies that name none and bring none."""
     parameters: Path | None
     conditions: Conditions
+    finish_live: bool = False
+    """Episodes that leave their recording are finished in the simulator."""
 
     def of(self, policies: Sequence[str]) -> "Campaign":
         """The same, of these policies."""
@@ -73,6 +76,7 @@ class Player:
         self._campaign = campaign
         self._contenders: Sequence[Contender] = campaign.contenders()
         self._cell = simulated_cell()
+        self._finish: Finish | None = finishing() if campaign.finish_live else None
 
     def play(self, address: Address) -> list[EpisodeResult]:
         """One scene."""
@@ -80,8 +84,17 @@ class Player:
         recording = recording_store.load(folder, *address)
         truth = recording_store.load_truth(folder, *address)
         stratum = recording_store.load_scene_truth(folder, *address).stratum
-        scene = ready(recording, truth, stratum)
-        return list(evaluate(scene, self._contenders, self._cell, self._campaign.conditions))
+        drawn = self._campaign.conditions.mode == "bernoulli"
+        measured = None if drawn else recording_store.load_measured(folder, *address)
+        scene = ready(recording, truth, stratum, measured)
+        conditions = self._campaign.conditions
+        return list(evaluate(scene, self._contenders, self._cell, conditions, self._finish))
+
+
+def finishing() -> Finish:
+    """What finishes episodes live; the simulator is imported only when it is asked for."""
+    finish: Finish = import_module("surefetch.evaluation.replaying.finishing").finish
+    return finish
 
 
 @cache

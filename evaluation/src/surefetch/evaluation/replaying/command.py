@@ -20,18 +20,17 @@ from surefetch.evaluation.replaying import campaign, manifest, printing, results
 from surefetch.evaluation.replaying.campaign import Campaign
 from surefetch.evaluation.replaying.evaluate import Conditions
 from surefetch.evaluation.replaying.manifest import Manifest
-from surefetch.evaluation.replaying.outcomes import Rates
+from surefetch.evaluation.replaying.outcomes import MODES, Mode, Rates
 from surefetch.evaluation.replaying.results import EpisodeResult
 
 MOST_JOBS: Final = 64
-RATES = Rates()
-NOTES = (
-    f"Outcomes are drawn (removal {RATES.remove}, view {RATES.view}, grasp {RATES.grasp}: assumed, "
-    "not measured), the same for every policy.",
-    "Recordings do not tell what the robot could do: every view, removal and grasp counts as "
-    "feasible, and a failed grasp as moving nothing.",
-    f"exhaustive-look and greedy-threshold grasp from a belief of {registry.AT_LEAST}, not tuned.",
-)
+RATES: Final = Rates()
+NOTES: Final[dict[Mode, str]] = {
+    "measured": "Removals and grasps of the target come out as they did in the simulator, views "
+    f"succeed where they are feasible; grasps of wrong bodies are drawn ({RATES.grasp}, assumed).",
+    "bernoulli": f"Outcomes are drawn (removal {RATES.remove}, view {RATES.view}, grasp "
+    f"{RATES.grasp}: assumed, not measured); a failure moves nothing.",
+}
 
 
 def main(argv: list[str]) -> int:
@@ -43,7 +42,7 @@ def main(argv: list[str]) -> int:
         out = asked.out or Path(nowhere)
         _play(wanted, out, asked.jobs, f"surefetch study evaluate {' '.join(argv)}")
         played = {label: results.read(out, label) for label in wanted.policies}
-    for note in (*NOTES, *printing.left(played)):
+    for note in (NOTES[wanted.conditions.mode], *printing.left(played)):
         notes.print(note, highlight=False)
     if asked.json:
         sys.stdout.write(json.dumps(printing.plain(played)) + "\n")
@@ -82,8 +81,18 @@ def _campaign(asked: argparse.Namespace) -> Campaign:
         policies=_names(asked.policies),
         profile=asked.profile,
         parameters=asked.parameters,
-        conditions=Conditions(RATES, asked.outcome_seed, injected),
+        finish_live=asked.finish_live,
+        conditions=Conditions(
+            asked.outcomes or _best_mode(asked.recordings), RATES, asked.outcome_seed, injected
+        ),
     )
+
+
+def _best_mode(recordings: Path) -> Mode:
+    """Measured outcomes, where all scenes have them."""
+    scenes = recording_store.scenes(recordings)
+    all_measured = all(recording_store.is_measured(recordings, *scene) for scene in scenes)
+    return "measured" if all_measured else "bernoulli"
 
 
 def _names(listed: str) -> tuple[str, ...]:
@@ -125,6 +134,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--jobs", type=_jobs, default=1, metavar="N", help="processes")
     parser.add_argument(
+        "--outcomes",
+        choices=MODES,
+        help="of actions: as measured in the simulator, or drawn at assumed rates; default: "
+        "measured where all scenes have them",
+    )
+    parser.add_argument(
         "--outcome-seed", type=int, default=0, metavar="K", help="another draw of the outcomes"
     )
     parser.add_argument(
@@ -133,6 +148,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="KIND@K",
         help="report the K-th grasp, view or cover removal of every episode as failed; view@0.2: "
         "each with this chance",
+    )
+    parser.add_argument(
+        "--finish-live",
+        action="store_true",
+        help="finish episodes that leave their recording in the simulator; without it they count "
+        "as aborted",
     )
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser

@@ -4,14 +4,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from surefetch.common.cell import Cell
 from surefetch.common.errors import BadInput
+from surefetch.common.messages import Target
 from surefetch.common.parameters import FULL, PROFILES, Parameters
 from surefetch.common.policies import OWN_PROFILE
 from surefetch.evaluation.fitting import variants
 from surefetch.evaluation.policies import registry
 from surefetch.evaluation.policies.registry import Entry
 from surefetch.planner import profiles
-from surefetch.planner.profiles import Profile
+from surefetch.planner.profiles import Policy, Profile
+from surefetch.planner.search import solve
+from surefetch.planner.situation import Errand
 
 WITH: Final = "@"
 
@@ -38,6 +42,11 @@ class Contender:
     def remembers(self) -> bool:
         """Whether its belief builds one look on those before."""
         return variants.remembers(self.variant)
+
+
+def errand_of(one: Contender, target: Target, cell: Cell) -> Errand:
+    """What the planner's own code is told of an errand, to carry out what a policy chose."""
+    return Errand(target, "hold", Policy(one.name, one.profile, solve), one.parameters, cell)
 
 
 def contender(label: str, profile: str, parameters: Mapping[str, Parameters]) -> Contender:

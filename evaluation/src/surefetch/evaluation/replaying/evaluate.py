@@ -1,6 +1,6 @@
 """Policies on one recorded scene, scored. The truth goes to the world and the scorer alone."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from surefetch.common.cell import Cell
@@ -9,8 +9,9 @@ from surefetch.common.messages import Injection
 from surefetch.common.parameters import check_origin
 from surefetch.evaluation.replaying.beliefs import Beliefs
 from surefetch.evaluation.replaying.contenders import Contender
+from surefetch.evaluation.replaying.episode import OUT_OF_RECORDING, Played
 from surefetch.evaluation.replaying.oracle import play_oracle
-from surefetch.evaluation.replaying.outcomes import Outcomes, Rates
+from surefetch.evaluation.replaying.outcomes import AsMeasured, Drawn, Mode, Outcomes, Rates
 from surefetch.evaluation.replaying.recorded_world import RecordedWorld
 from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.replaying.scene import RecordedScene
@@ -22,16 +23,35 @@ from surefetch.evaluation.replaying.sitting import Sitting
 class Conditions:
     """What befalls every policy alike."""
 
+    mode: Mode = "bernoulli"
     rates: Rates = Rates()
+    """Of what is drawn: everything, or with measured outcomes grasps of wrong bodies."""
     draw: int = 0
     """Which of many independent draws of the outcomes."""
     injections: tuple[Injection, ...] = ()
 
 
+Finish = Callable[
+    [Sitting, Played, RecordedWorld, Beliefs], tuple[Played, Mapping[str, str | None]]
+]
+"""See `finishing.finish`."""
+
+
 def evaluate(
-    scene: RecordedScene, contenders: Iterable[Contender], cell: Cell, conditions: Conditions
+    scene: RecordedScene,
+    contenders: Iterable[Contender],
+    cell: Cell,
+    conditions: Conditions,
+    finish: Finish | None = None,
 ) -> Iterator[EpisodeResult]:
     """One episode of each contender, in their order.
+
+    Args:
+        scene: the recording.
+        contenders: who plays.
+        cell: the robot's.
+        conditions: the same for all.
+        finish: ends episodes that leave the recording; None: they count as aborted.
 
     Raises:
         BadInput: the recording is of another cell or perception than the parameters, or a policy
@@ -46,12 +66,19 @@ def evaluate(
             continue
         sitting = Sitting.begin(one, scene, cell)
         beliefs = known.setdefault((one.profile.name, one.variant), sitting.beliefs())
-        played = sitting.play(world, beliefs)
-        yield score(played, one, scene, scene.bodies, cell)
+        played, bodies = sitting.play(world, beliefs), scene.bodies
+        left = played.end.reason == OUT_OF_RECORDING
+        if left and finish is not None:
+            played, bodies = finish(sitting, played, world, beliefs)
+        yield score(played, one, scene, bodies, cell, finished_live=left and finish is not None)
 
 
 def world_of(scene: RecordedScene, conditions: Conditions) -> RecordedWorld:
     """The table of a scene at the beginning of an episode."""
     address = scene.recording.family, scene.recording.seed
-    outcomes = Outcomes(*address, conditions.rates, conditions.draw)
+    outcomes: Outcomes
+    outcomes = drawn = Drawn(*address, conditions.rates, conditions.draw)
+    if conditions.mode == "measured":
+        assert scene.measured is not None
+        outcomes = AsMeasured(scene.measured, scene.truth.target, drawn)
     return RecordedWorld(scene, outcomes, Injector(*address, conditions.injections))

@@ -123,25 +123,37 @@ class LiveWorld:
         if self._injector.strikes("cover" if row.kind == "remove_cover" else "view"):
             self._at_view = False
             return Report(done=False, injected=True)
+        return self.try_inform(row)
+
+    def try_inform(self, row: InformRow) -> Report:
+        """The same, never injected."""
         outcome = self._crew.execute(Inform(name=row.name), self._estimate)
         self._at_view = outcome.status == "done"
         return Report(self._at_view, duration_s=outcome.duration_s, why=outcome.why)
 
     def grasp(self, grasp: Grasp, state: EpisodeState) -> Report:
         """Grasp, lift and verify, as the planner has it done."""
-        track = next(t for t in state.estimate.tracks if t.id == grasp.track)
-        under = self.bodies.get(track.last_detection)
-        self._at_view = False
         if self._injector.strikes("grasp"):
-            return Report(done=False, injected=True, body=under)
+            self._at_view = False
+            return Report(done=False, injected=True, body=self._under(grasp, state))
+        return self.try_grasp(grasp, state)
+
+    def try_grasp(self, grasp: Grasp, state: EpisodeState) -> Report:
+        """The same, never injected."""
+        self._at_view = False
         before, began_s = len(self.simulated.touched), self._crew.motion_s
         after = fetch(self._crew, self._errand, state, grasp, "")
         held = isinstance(after, End) and after.outcome == "grasped"
         touched = self.simulated.touched[before:]
-        body = touched[-1] if touched else self.simulated.held() or under
+        body = touched[-1] if touched else self.simulated.held() or self._under(grasp, state)
         why = after.because if isinstance(after, End) else ""
         took_s = self._crew.motion_s - began_s
         return Report(held, body=body, duration_s=took_s, why=why)
+
+    def _under(self, grasp: Grasp, state: EpisodeState) -> str | None:
+        """The body under the latest detection of a track."""
+        track = next(t for t in state.estimate.tracks if t.id == grasp.track)
+        return self.bodies.get(track.last_detection)
 
     def _drive(self, view: str) -> None:
         why = ""

@@ -52,7 +52,8 @@ def made_with(campaign: Campaign) -> dict[str, Any]:
             name: _hash([msgspec.json.encode(profile_parameters(name, campaign.parameters))])
             for name in PROFILES
         },
-        "outcomes": {"mode": "bernoulli", "draw": campaign.conditions.draw},
+        "outcomes": {"mode": campaign.conditions.mode, "draw": campaign.conditions.draw},
+        "finish_live": campaign.finish_live,
         "injected": injections.told(campaign.conditions.injections),
     }
 

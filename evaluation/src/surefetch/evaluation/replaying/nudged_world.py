@@ -35,7 +35,14 @@ class Nudged(LiveWorld):
         self._dice = stream(made.scene.family, made.scene.seed, "outcome", "nudge", attempt)
         self.attempts: list[Attempt] = []
 
-    def _nudge(self, name: str) -> None:
+    def take_lid_away(self) -> None:
+        """Put the lid by hand where the robot puts it down."""
+        T_world_lid = np.eye(4)
+        T_world_lid[:3, 3] = self._errand.cell.lid_place.position_m
+        T_world_lid[2, 3] += scene_bodies.LID_THICKNESS_M / 2.0
+        self.simulated.world.put(scene_bodies.LID, T_world_lid)
+
+    def nudge(self, name: str) -> None:
         """Move a thing, but not into another."""
         world = self.simulated.world
         T_world_thing = world.pose(name)
@@ -76,7 +83,7 @@ class RemovalMeasured(Nudged):
 
     def inform(self, row: InformRow) -> Report:
         """Remove the cover."""
-        self._nudge(scene_bodies.LID)
+        self.nudge(scene_bodies.LID)
         before = self._poses()
         report = super().inform(row)
         done = report.done and not self.simulated.covered()
@@ -91,22 +98,16 @@ class GraspMeasured(Nudged):
     def inform(self, row: InformRow) -> Report:
         """Look from elsewhere, or find the cover gone."""
         if row.kind == "remove_cover":
-            self._take_lid_away()
+            self.take_lid_away()
             return Report(done=True)
         return super().inform(row)
-
-    def _take_lid_away(self) -> None:
-        T_world_lid = np.eye(4)
-        T_world_lid[:3, 3] = self._errand.cell.lid_place.position_m
-        T_world_lid[2, 3] += scene_bodies.LID_THICKNESS_M / 2.0
-        self.simulated.world.put(scene_bodies.LID, T_world_lid)
 
     def grasp(self, grasp: Grasp, state: EpisodeState) -> Report:
         """Grasp, lift and verify."""
         track = next(t for t in state.estimate.tracks if t.id == grasp.track)
         target = self.bodies[track.last_detection]
         assert target is not None, "what is instructed to be grasped is a body"
-        self._nudge(target)
+        self.nudge(target)
         before = self._poses()
         report = super().grasp(grasp, state)
         self._attempt(report, before, carried=target)

@@ -9,7 +9,7 @@ from surefetch.evaluation.replaying.recorded_world import RecordedWorld
 from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.replaying.scene import RecordedScene
 from surefetch.evaluation.replaying.scoring import marked, result
-from surefetch.evaluation.replaying.world import Report
+from surefetch.evaluation.replaying.world import OutOfRecording, Report
 from surefetch.evaluation.running.metrics import Verdict
 from surefetch.planner.actions import Costs
 
@@ -37,9 +37,17 @@ def play_oracle(
         tried += [Try(row.name, row.cost, report) for report in reports]
         if not reports[-1].done:
             return _result(one, scene, "interaction_failed", tried)
-    reports = _persist(lambda: world.grasp_body(truth.target), at_most)
+    reports = _persist(lambda: _grasp(world, truth.target), at_most)
     tried += [Try("grasp the target", Costs().grasp, report) for report in reports]
     return _result(one, scene, "success" if reports[-1].done else "grasp_failed", tried)
+
+
+def _grasp(world: RecordedWorld, body: str | None) -> Report:
+    """An attempt; where the robot found no way to make one, it fails."""
+    try:
+        return world.grasp_body(body)
+    except OutOfRecording as error:
+        return Report(done=False, body=body, why=str(error))
 
 
 def _persist(attempt: Callable[[], Report], at_most: int) -> list[Report]:

@@ -1,6 +1,8 @@
 """The table of a recorded scene, as far as it was recorded."""
 
 from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 from surefetch.common.cell import InformRow
 from surefetch.common.injections import Injector
@@ -11,12 +13,22 @@ from surefetch.common.messages import (
     Grasp,
     GraspVerdict,
 )
-from surefetch.evaluation.recordings.recording import Shot, State, first_state
+from surefetch.evaluation.recordings.recording import Cover, Shot, State, first_state
 from surefetch.evaluation.replaying.beliefs import History
-from surefetch.evaluation.replaying.outcomes import NO_BODY, Outcomes
+from surefetch.evaluation.replaying.outcomes import NO_BODY, NotMeasured, Outcome, Outcomes
 from surefetch.evaluation.replaying.scene import RecordedScene
 from surefetch.evaluation.replaying.world import OutOfRecording, Report, Sight
 from surefetch.planner.episode_state import EpisodeState
+
+
+@dataclass(frozen=True)
+class Disturbed:
+    """A failed attempt that moved bodies."""
+
+    action: str
+    body: str
+    attempt: int
+    """At this action and body, counted from 1."""
 
 
 class RecordedWorld:
@@ -25,13 +37,29 @@ class RecordedWorld:
     def __init__(self, scene: RecordedScene, outcomes: Outcomes, injector: Injector) -> None:
         self._scene = scene
         self._outcomes = outcomes
-        self._injector = injector
+        self.injector = injector
         self._attempts: Counter[tuple[str, str]] = Counter()
-        self._cover = first_state(scene.recording.covered).cover
+        self.cover: Cover = first_state(scene.recording.covered).cover
+        self.disturbed: Disturbed | None = None
+        """The failure after which the recording no longer holds."""
+
+    @property
+    def bodies(self) -> Mapping[str, str | None]:
+        """Under each recorded detection, for the scorer alone."""
+        return self._scene.bodies
 
     def see(self, view: str) -> Sight:
-        """What was recorded from a view in the present state. Raises OutOfRecording."""
-        state = State(view=view, cover=self._cover)
+        """What was recorded from a view in the present state.
+
+        Raises:
+            OutOfRecording: it was not recorded, or bodies have been moved since.
+        """
+        if self.disturbed is not None:
+            raise OutOfRecording(
+                f"{self._named()}: {self.disturbed.action} failed and moved what stands there; "
+                "what is to be seen now was not recorded."
+            )
+        state = State(view=view, cover=self.cover)
         if state not in self._scene.shots:
             raise OutOfRecording(
                 f"{self._named()} was recorded without the view {view} with cover {state.cover}."
@@ -52,17 +80,17 @@ class RecordedWorld:
 
     def inform(self, row: InformRow) -> Report:
         """Try an information action. Raises OutOfRecording for removing what is not there."""
-        if row.kind == "remove_cover" and self._cover != "closed":
+        if row.kind == "remove_cover" and self.cover != "closed":
             raise OutOfRecording(
                 f"{self._named()}: {row.name} was tried where no cover is on, which was not "
                 "recorded."
             )
-        if self._injector.strikes("cover" if row.kind == "remove_cover" else "view"):
+        if self.injector.strikes("cover" if row.kind == "remove_cover" else "view"):
             return Report(done=False, injected=True)
-        done = self._outcomes.informs(row, self._attempt(row.name, NO_BODY))
-        if done and row.kind == "remove_cover":
-            self._cover = "open"
-        return Report(done)
+        outcome = self._came_of(row.name, NO_BODY, lambda n: self._outcomes.informs(row, n))
+        if outcome.done and row.kind == "remove_cover":
+            self.cover = "open"
+        return Report(outcome.done, duration_s=outcome.duration_s, why=outcome.why)
 
     def grasp(self, grasp: Grasp, state: EpisodeState) -> Report:
         """Try to grasp what lies under the latest detection of a track."""
@@ -71,15 +99,23 @@ class RecordedWorld:
 
     def grasp_body(self, body: str | None) -> Report:
         """Try to grasp a body; None: what is no body."""
-        if self._injector.strikes("grasp"):
+        if self.injector.strikes("grasp"):
             return Report(done=False, injected=True, body=body)
-        return Report(
-            self._outcomes.grasps(body, self._attempt("grasp", body or NO_BODY)), body=body
-        )
+        outcome = self._came_of("grasp", body or NO_BODY, lambda n: self._outcomes.grasps(body, n))
+        return Report(outcome.done, body=body, duration_s=outcome.duration_s, why=outcome.why)
 
-    def _attempt(self, action: str, body: str) -> int:
+    def _came_of(self, action: str, body: str, outcome_of: Callable[[int], Outcome]) -> Outcome:
         self._attempts[action, body] += 1
-        return self._attempts[action, body]
+        attempt = self._attempts[action, body]
+        try:
+            outcome = outcome_of(attempt)
+        except NotMeasured:
+            raise OutOfRecording(
+                f"{self._named()}: what comes of attempt {attempt} of {action} was not measured."
+            ) from None
+        if outcome.disturbed:
+            self.disturbed = Disturbed(action, body, attempt)
+        return outcome
 
     def _named(self) -> str:
         return f"{self._scene.recording.family}:{self._scene.recording.seed}"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import msgspec
 
 from surefetch.common.messages import Detection
+from surefetch.evaluation.recordings.measured import Measured
 from surefetch.evaluation.recordings.recording import Recording, RecordingTruth, Shot, State
 
 
@@ -16,13 +17,20 @@ class RecordedScene:
     recording: Recording
     truth: RecordingTruth
     stratum: str
+    measured: Measured | None
+    """What came of the robot's attempts; None where nobody tried."""
     shots: Mapping[State, Shot]
     bodies: Mapping[str, str | None]
     """The body under each detection, by its new name. For the world and the scorer alone."""
 
 
-def ready(recording: Recording, truth: RecordingTruth, stratum: str = "") -> RecordedScene:
-    """The scene with detections named ``SHOT-NUMBER``; `stratum` is of the scorer's file."""
+def ready(
+    recording: Recording,
+    truth: RecordingTruth,
+    stratum: str = "",
+    measured: Measured | None = None,
+) -> RecordedScene:
+    """The scene with detections named ``SHOT-NUMBER``; the rest is the scorer's."""
     shots: dict[State, Shot] = {}
     bodies: dict[str, str | None] = {}
     for k, shot in enumerate(recording.shots):
@@ -33,4 +41,4 @@ def ready(recording: Recording, truth: RecordingTruth, stratum: str = "") -> Rec
             bodies[f"{k}-{n}"] = under.get(detection.id)
         seen = msgspec.structs.replace(shot.observations, detections=tuple(renamed))
         shots[shot.state] = msgspec.structs.replace(shot, observations=seen)
-    return RecordedScene(recording, truth, stratum, shots, bodies)
+    return RecordedScene(recording, truth, stratum, measured, shots, bodies)

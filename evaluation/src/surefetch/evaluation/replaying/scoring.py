@@ -25,7 +25,13 @@ Bodies = Mapping[str, str | None]
 
 
 def score(
-    played: Played, one: Contender, scene: RecordedScene, bodies: Bodies, cell: Cell
+    played: Played,
+    one: Contender,
+    scene: RecordedScene,
+    bodies: Bodies,
+    cell: Cell,
+    *,
+    finished_live: bool = False,
 ) -> EpisodeResult:
     """Everything about an episode; `bodies` are those under each detection."""
     moments, truth = played.moments, scene.truth
@@ -52,6 +58,7 @@ def score(
         duration_s=sum(report.duration_s for _, report in done),
         commit_p=_commit_p(moments, grasps),
         grasps=grasps,
+        finished_live=finished_live,
         steps=tuple(_steps(moments, truth, bodies, remembers=one.remembers)),
     )
 
