@@ -1,11 +1,14 @@
 """Parts of recordings that nobody recorded."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scripted_table import BACKEND, CELL
 
-from surefetch.common.messages import Observations
+from surefetch.common.messages import Feasibility, GraspVerdict, Observations
 from surefetch.evaluation.recordings.free_space import SHAPE, FreeSpace
-from surefetch.evaluation.recordings.recording import MadeWith, Shot, State
+from surefetch.evaluation.recordings.histories import histories, known_after
+from surefetch.evaluation.recordings.recording import FeasibleAfter, MadeWith, Shot, State
 
 NOTHING_SEEN = FreeSpace.of(np.zeros(SHAPE, np.int8))
 
@@ -30,5 +33,27 @@ def shot(state: State, observations: Observations) -> Shot:
         observations=observations,
         K=np.eye(3),
         T_world_camera=np.eye(4),
+        q_rad=(0.0,) * 6,
         free_space=NOTHING_SEEN,
+    )
+
+
+def all_feasible(shots: Sequence[Shot], *, covered: bool) -> tuple[FeasibleAfter, ...]:
+    """Every track can be grasped after every history of these shots, and every view reached."""
+    seen = {shot.state: shot.observations for shot in shots}
+    return tuple(
+        FeasibleAfter(
+            looks=looks,
+            feasibility=Feasibility(
+                grasps=tuple(
+                    GraspVerdict(track=t.id, feasible=True, refusal=None, why="", tried={})
+                    for t in known_after((state.view, seen[state]) for state in looks).tracks
+                ),
+                informs=(),
+                duration_s=0.0,
+            ),
+            informs_s={},
+            grasps_s={},
+        )
+        for looks in histories(covered, CELL)
     )

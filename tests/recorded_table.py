@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import msgspec
-from made_up_recording import made_with, shot
+from made_up_recording import all_feasible, made_with, shot
 from scripted_table import CELL, ScriptedPerception, Table, parameters
 
 from surefetch.common.hypotheses import Relation
@@ -42,7 +42,8 @@ def record(
 ) -> tuple[Recording, RecordingTruth]:
     """What a recording of this table would hold; `wanted` is the target's place in its things."""
     reached = states(bool(table.covered), CELL)
-    shots = [_see(table, state, counter) for counter, state in enumerate(reached)]
+    seen = [_see(table, state, counter) for counter, state in enumerate(reached)]
+    shots = tuple(shot(state, one) for state, (one, _) in zip(reached, seen, strict=True))
     recording = Recording(
         format=FORMAT,
         family=family,
@@ -51,7 +52,10 @@ def record(
         sentence="the red object",
         target=target,
         covered=bool(table.covered),
-        shots=tuple(shot(state, seen) for state, (seen, _) in zip(reached, shots, strict=True)),
+        shots=shots,
+        feasible=all_feasible(shots, covered=bool(table.covered)),
+        differing=None,
+        perception_s=(),
         durations_s={},
     )
     truth = RecordingTruth(
@@ -64,7 +68,7 @@ def record(
         matches={},
         shots=tuple(
             ShotTruth(state=state, bodies=bodies)
-            for state, (_, bodies) in zip(reached, shots, strict=True)
+            for state, (_, bodies) in zip(reached, seen, strict=True)
         ),
     )
     return recording, truth

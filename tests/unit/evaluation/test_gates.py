@@ -33,6 +33,9 @@ def walked(seed: int, *, covered: bool = False, relation: Relation | None = "ins
         target=target,
         covered=covered,
         shots=(),
+        feasible=(),
+        differing=None,
+        perception_s=(),
         durations_s={},
     )
     truth = RecordingTruth(

@@ -92,6 +92,9 @@ def record(folder: Path, seed: int) -> None:
         target=Target(noun="cube", color="red", shape="cube", relation="inside"),
         covered=False,
         shots=tuple(seen(state) for state in reached),
+        feasible=(),
+        differing=None,
+        perception_s=(),
         durations_s={},
     )
     truth = RecordingTruth(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from surefetch.common.cell import Cell, InformRow
 from surefetch.common.errors import BadInput
 from surefetch.common.hypotheses import Relation
-from surefetch.common.messages import Message, Name, Observations, Target, Text
+from surefetch.common.messages import Feasibility, Message, Name, Observations, Target, Text
 from surefetch.evaluation.recordings.free_space import FreeSpace
 
 FORMAT: Final = 2
@@ -41,7 +41,28 @@ class Shot(Message, frozen=True, eq=False):
     """(3, 3)"""
     T_world_camera: NDArray[np.float64]
     """(4, 4), as the joints measure it"""
+    q_rad: tuple[float, ...]
+    """The six joints, measured."""
     free_space: FreeSpace
+
+
+Looks = tuple[State, ...]
+"""What was seen in an episode so far, in order, nothing twice."""
+
+
+class FeasibleAfter(Message, frozen=True):
+    """What the robot could do after some looks, as the executor says.
+
+    Asked for all tracks of the estimate that these looks lead to, and for all information actions
+    that they leave open.
+    """
+
+    looks: Looks
+    feasibility: Feasibility
+    informs_s: dict[Name, float]
+    """Modelled time of the motions of each information action that is feasible."""
+    grasps_s: dict[int, float]
+    """The same of grasping and lifting each track that can be."""
 
 
 class MadeWith(Message, frozen=True):
@@ -73,8 +94,14 @@ class Recording(Message, frozen=True, eq=False):
     covered: bool
     """Whether the scene begins with a cover on the container."""
     shots: tuple[Shot, ...]
+    feasible: tuple[FeasibleAfter, ...]
+    """For every history of looks that can arise; see `histories`."""
+    differing: int | None
+    """Answers in which a second recording differed; None: it was not recorded twice."""
+    perception_s: tuple[float, ...]
+    """Wall time of perceiving each shot."""
     durations_s: dict[str, float]
-    """Wall time of what recording did: `captures`, `perception`, `all`."""
+    """Wall time of what recording did, by kind: `captures`, `perception`, `feasibility`, `all`."""
 
     @property
     def cell(self) -> str:
@@ -94,6 +121,23 @@ class Recording(Message, frozen=True, eq=False):
         raise BadInput(
             f"{self.family}:{self.seed} was recorded without the view {state.view} with cover "
             f"{state.cover}. Record it again."
+        )
+
+    def feasible_after(self, looks: Iterable[State]) -> FeasibleAfter:
+        """What the robot could do after some looks; a state that was seen again counts once.
+
+        For a belief without memory, ask with the latest look alone.
+
+        Raises:
+            BadInput: no sequence of information actions leads to these looks.
+        """
+        wanted = tuple(dict.fromkeys(looks))
+        for known in self.feasible:
+            if known.looks == wanted:
+                return known
+        told = ", ".join(f"{state.view} ({state.cover})" for state in wanted)
+        raise BadInput(
+            f"{self.family}:{self.seed} was recorded without what is feasible after {told}."
         )
 
 

@@ -16,8 +16,10 @@ from surefetch.common.cell import Cell
 from surefetch.common.errors import InfrastructureError
 from surefetch.common.geometry import Array, rigid, rotation_z
 from surefetch.common.messages import (
+    AskFeasible,
     AskTruth,
     Capture,
+    Feasibility,
     Frame,
     FrameId,
     Observations,
@@ -132,6 +134,7 @@ class Studio:
             observations=seen,
             K=frame.info.K,
             T_world_camera=frame.info.T_world_camera,
+            q_rad=frame.q_rad,
             free_space=FreeSpace.of(seen_in(frame)),
         )
 
@@ -148,6 +151,10 @@ class Studio:
         """What perception says of a frame."""
         asked = Observe(episode=WHO, step=0, frame=frame, target=self._generated.target)
         return self._perception.observe(asked)
+
+    def feasible(self, ask: AskFeasible) -> Feasibility:
+        """What the executor could do now."""
+        return self._executor.feasible(ask)
 
     def lift_lid(self) -> None:
         """Put the lid where the arm puts it, at rest."""
@@ -197,6 +204,9 @@ class Studio:
             target=self._generated.target,
             covered=covered,
             shots=tuple(shots),
+            feasible=(),
+            differing=None,
+            perception_s=(),
             durations_s=spent_s,
         )
 
