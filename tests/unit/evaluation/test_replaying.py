@@ -1,7 +1,7 @@
 """A replayed episode is the live one, shares its outcomes, and knows nothing of the truth."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -18,8 +18,10 @@ from surefetch.common.messages import (
     Choice,
     Defer,
     Ended,
+    Feasibility,
     Grasp,
     Inform,
+    InformVerdict,
     InjectedKind,
     Injection,
     Observations,
@@ -30,7 +32,12 @@ from surefetch.evaluation.policies.planned import Planned
 from surefetch.evaluation.policies.registry import ORACLE, POLICIES
 from surefetch.evaluation.recordings.free_space import FREE, SHAPE, UNSEEN, FreeSpace
 from surefetch.evaluation.recordings.measured import Attempt, Measured
-from surefetch.evaluation.recordings.recording import Recording, RecordingTruth
+from surefetch.evaluation.recordings.recording import (
+    FeasibleAfter,
+    Recording,
+    RecordingTruth,
+    State,
+)
 from surefetch.evaluation.replaying import command, manifest, results
 from surefetch.evaluation.replaying.beliefs import Beliefs
 from surefetch.evaluation.replaying.contenders import contender
@@ -273,7 +280,8 @@ def test_a_cover_that_only_perception_sees_leads_out_of_the_recording() -> None:
         msgspec.structs.replace(s, state=msgspec.structs.replace(s.state, cover="none"))
         for s in recording.shots[:1]
     ]
-    wrong = msgspec.structs.replace(wrong, shots=tuple(shots))
+    first = msgspec.structs.replace(recording.feasible[0], looks=(shots[0].state,))
+    wrong = msgspec.structs.replace(wrong, shots=tuple(shots), feasible=(first,))
     truths = [
         msgspec.structs.replace(s, state=msgspec.structs.replace(s.state, cover="none"))
         for s in truth.shots[:1]
@@ -281,6 +289,65 @@ def test_a_cover_that_only_perception_sees_leads_out_of_the_recording() -> None:
     none = msgspec.structs.replace(truth, shots=tuple(truths))
     played = evaluated([(wrong, none)], ["exhaustive-look"], NEVER_FAILS, "paper")
     assert "where no cover is on" in played["exhaustive-look"][0].why
+
+
+def after_all_looks(
+    recording: Recording, change: Callable[[FeasibleAfter], FeasibleAfter]
+) -> Recording:
+    return msgspec.structs.replace(recording, feasible=tuple(map(change, recording.feasible)))
+
+
+def test_what_the_robot_could_not_do_is_not_open() -> None:
+    """Nothing can be grasped before it was seen from the right, and close_high never reached."""
+    right = State(view="right", cover="none")
+    unreached = InformVerdict(name="close_high", feasible=False, refusal="path", why="")
+
+    def hinder(known: FeasibleAfter) -> FeasibleAfter:
+        grasps = tuple(
+            msgspec.structs.replace(v, feasible=right in known.looks)
+            for v in known.feasibility.grasps
+        )
+        hindered = Feasibility(grasps=grasps, informs=(unreached,), duration_s=0.0)
+        return msgspec.structs.replace(known, feasibility=hindered)
+
+    recording, truth = record(TABLES["one is clear"], wanted=0)
+    played = replayed(Planned(), (after_all_looks(recording, hinder), truth))
+    assert names(played.taken) == ["right", "grasp"]
+    spy = Spy()
+    replayed(spy, (after_all_looks(recording, hinder), truth))
+    assert [[row.name for row in now.informs] for now in spy.told] == [["right"], []]
+    assert [bool(now.grasps) for now in spy.told] == [False, True]
+
+
+def test_a_belief_without_memory_can_do_what_its_latest_look_allows() -> None:
+    recording, truth = record(TABLES["it must be looked at"], wanted=0)
+    alone = {known.looks for known in recording.feasible if len(known.looks) == 1}
+    only = msgspec.structs.replace(
+        recording, feasible=tuple(k for k in recording.feasible if k.looks in alone)
+    )
+    played = evaluated([(only, truth)], ["a2", "ours"], NEVER_FAILS)
+    assert played["a2"][0].verdict == "success"
+    assert played["ours"][0].reason == OUT_OF_RECORDING
+
+
+def test_an_episode_takes_as_long_as_its_motions_and_its_perception() -> None:
+    def timed(known: FeasibleAfter) -> FeasibleAfter:
+        grasps_s = {v.track: 5.0 for v in known.feasibility.grasps}
+        views_s = {"right": 2.0, "close_high": 1.0}
+        return msgspec.structs.replace(known, informs_s=views_s, grasps_s=grasps_s)
+
+    recording, truth = record(TABLES["it must be looked at"], wanted=0)
+    shots = tuple(
+        msgspec.structs.replace(
+            shot, observations=msgspec.structs.replace(shot.observations, duration_s=0.5)
+        )
+        for shot in recording.shots
+    )
+    slow = after_all_looks(msgspec.structs.replace(recording, shots=shots), timed)
+    played = evaluated([(slow, truth)], ["exhaustive-look"], NEVER_FAILS)
+    (episode,) = played["exhaustive-look"]
+    assert [action.split()[0] for action in episode.actions] == ["right", "close_high", "grasp"]
+    assert episode.duration_s == pytest.approx(3 * 0.5 + 2.0 + 1.0 + 5.0)
 
 
 class Careless:

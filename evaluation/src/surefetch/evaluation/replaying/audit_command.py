@@ -93,7 +93,8 @@ def _audit(
 
 def _replayed(one: Contender, scene: RecordedScene, conditions: Conditions, cell: Cell) -> Course:
     sitting = Sitting.begin(one, scene, cell)
-    return audit.of_replay(sitting.play(world_of(scene, conditions), sitting.beliefs()))
+    world = world_of(scene, conditions, remembers=one.remembers)
+    return audit.of_replay(sitting.play(world, sitting.beliefs()))
 
 
 def _row(one: Contender, scene: RecordedScene, replayed: Course, live: Course) -> Row:

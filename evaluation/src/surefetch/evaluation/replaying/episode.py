@@ -59,6 +59,7 @@ class Moment:
     delivered: str
     believed: BeliefReply
     free_space: FreeSpace
+    perception_s: float
     now: Observation | None = None
     """What the policy was told; None: it was not asked any more."""
     choice: Choice | None = None
@@ -145,7 +146,7 @@ def _look(turn: Turn, errand: Errand, world: World, beliefs: Beliefs) -> tuple[T
     history = (*turn.heard, heard)
     belief = beliefs.after(history, sight.seen)
     state = believe(state, sight.frame, belief.reply)
-    moment = Moment(heard, belief.delivered, belief.reply, sight.free_space)
+    moment = Moment(heard, belief.delivered, belief.reply, sight.free_space, sight.seen.duration_s)
     return Turn(state, (*turn.moments, moment)), world.feasible(history, state.estimate)
 
 

@@ -60,7 +60,7 @@ def evaluate(
     known: dict[tuple[str, str], Beliefs] = {}
     for one in contenders:
         check_origin(one.parameters, cell=scene.recording.cell, backend=scene.recording.backend)
-        world = world_of(scene, conditions)
+        world = world_of(scene, conditions, remembers=one.remembers)
         if one.entry is None:
             yield play_oracle(one, scene, world, cell)
             continue
@@ -73,12 +73,15 @@ def evaluate(
         yield score(played, one, scene, bodies, cell, finished_live=left and finish is not None)
 
 
-def world_of(scene: RecordedScene, conditions: Conditions) -> RecordedWorld:
-    """The table of a scene at the beginning of an episode."""
+def world_of(
+    scene: RecordedScene, conditions: Conditions, *, remembers: bool = True
+) -> RecordedWorld:
+    """The table of a scene at the beginning of an episode. See `RecordedWorld`."""
     address = scene.recording.family, scene.recording.seed
     outcomes: Outcomes
     outcomes = drawn = Drawn(*address, conditions.rates, conditions.draw)
     if conditions.mode == "measured":
         assert scene.measured is not None
         outcomes = AsMeasured(scene.measured, scene.truth.target, drawn)
-    return RecordedWorld(scene, outcomes, Injector(*address, conditions.injections))
+    injector = Injector(*address, conditions.injections)
+    return RecordedWorld(scene, outcomes, injector, remembers=remembers)

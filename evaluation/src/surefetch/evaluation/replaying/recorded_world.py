@@ -2,18 +2,18 @@
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from surefetch.common.cell import InformRow
+from surefetch.common.errors import BadInput
 from surefetch.common.injections import Injector
 from surefetch.common.messages import (
     Estimate,
     Feasibility,
     FrameInfo,
     Grasp,
-    GraspVerdict,
 )
-from surefetch.evaluation.recordings.recording import Cover, Shot, State, first_state
+from surefetch.evaluation.recordings.recording import Cover, FeasibleAfter, Shot, State, first_state
 from surefetch.evaluation.replaying.beliefs import History
 from surefetch.evaluation.replaying.outcomes import NO_BODY, NotMeasured, Outcome, Outcomes
 from surefetch.evaluation.replaying.scene import RecordedScene
@@ -34,7 +34,24 @@ class Disturbed:
 class RecordedWorld:
     """One episode's physical state: the cover, and how often what was tried."""
 
-    def __init__(self, scene: RecordedScene, outcomes: Outcomes, injector: Injector) -> None:
+    def __init__(
+        self,
+        scene: RecordedScene,
+        outcomes: Outcomes,
+        injector: Injector,
+        *,
+        remembers: bool = True,
+    ) -> None:
+        """At its beginning.
+
+        Args:
+            scene: the recording.
+            outcomes: what comes of actions.
+            injector: which of them are only reported as failed.
+            remembers: whether tracks outlast the look that showed them.
+        """
+        self._remembers = remembers
+        self._now: FeasibleAfter | None = None
         self._scene = scene
         self._outcomes = outcomes
         self.injector = injector
@@ -68,15 +85,15 @@ class RecordedWorld:
         return Sight(state, shot.observations, _frame(shot), shot.free_space)
 
     def feasible(self, history: History, estimate: Estimate) -> Feasibility:  # noqa: ARG002
-        """Everything."""
-        return Feasibility(
-            grasps=tuple(
-                GraspVerdict(track=t.id, feasible=True, refusal=None, why="", tried={})
-                for t in estimate.tracks
-            ),
-            informs=(),
-            duration_s=0.0,
-        )
+        """What the executor said after these looks. Raises OutOfRecording."""
+        looks = [heard.state for heard in history]
+        try:
+            self._now = self._scene.recording.feasible_after(
+                looks if self._remembers else looks[-1:]
+            )
+        except BadInput as error:
+            raise OutOfRecording(str(error)) from None
+        return self._now.feasibility
 
     def inform(self, row: InformRow) -> Report:
         """Try an information action. Raises OutOfRecording for removing what is not there."""
@@ -90,12 +107,16 @@ class RecordedWorld:
         outcome = self._came_of(row.name, NO_BODY, lambda n: self._outcomes.informs(row, n))
         if outcome.done and row.kind == "remove_cover":
             self.cover = "open"
-        return Report(outcome.done, duration_s=outcome.duration_s, why=outcome.why)
+        took_s = outcome.duration_s or self._recorded_s(lambda now: now.informs_s.get(row.name))
+        return Report(outcome.done, duration_s=took_s, why=outcome.why)
 
     def grasp(self, grasp: Grasp, state: EpisodeState) -> Report:
         """Try to grasp what lies under the latest detection of a track."""
         track = next(t for t in state.estimate.tracks if t.id == grasp.track)
-        return self.grasp_body(self._scene.bodies[track.last_detection])
+        report = self.grasp_body(self._scene.bodies[track.last_detection])
+        if report.injected or report.duration_s:
+            return report
+        return replace(report, duration_s=self._recorded_s(lambda now: now.grasps_s.get(track.id)))
 
     def grasp_body(self, body: str | None) -> Report:
         """Try to grasp a body; None: what is no body."""
@@ -103,6 +124,10 @@ class RecordedWorld:
             return Report(done=False, injected=True, body=body)
         outcome = self._came_of("grasp", body or NO_BODY, lambda n: self._outcomes.grasps(body, n))
         return Report(outcome.done, body=body, duration_s=outcome.duration_s, why=outcome.why)
+
+    def _recorded_s(self, of: Callable[[FeasibleAfter], float | None]) -> float:
+        """The modelled time of an action, as it was planned; 0 where it was not."""
+        return 0.0 if self._now is None else of(self._now) or 0.0
 
     def _came_of(self, action: str, body: str, outcome_of: Callable[[int], Outcome]) -> Outcome:
         self._attempts[action, body] += 1

@@ -55,7 +55,8 @@ def score(
         reason=played.end.reason,
         why=played.end.because,
         actions=tuple(told(choice, report) for choice, report in done),
-        duration_s=sum(report.duration_s for _, report in done),
+        duration_s=sum(report.duration_s for _, report in done)
+        + sum(moment.perception_s for moment in moments),
         commit_p=_commit_p(moments, grasps),
         grasps=grasps,
         finished_live=finished_live,
