@@ -50,7 +50,8 @@ def test_the_same_table_goes_the_same_way(name: str) -> None:
     course, target = live(table)
     found = audit.compare(replayed(table, target), course)
     assert (found.same_actions, found.same_outcome, found.why) == (True, True, "")
-    assert found.apart <= audit.SAME
+    assert found.same_beliefs
+    assert found.n_looks == len(course.stops)
 
 
 @pytest.mark.parametrize(
@@ -79,3 +80,9 @@ def test_another_policy_is_another_course() -> None:
     found = audit.compare(replayed(table, target, "greedy"), course)
     assert not found.same_actions
     assert "look 1: chosen: grasp" in found.why
+
+
+def test_where_nothing_could_be_compared_nothing_agrees() -> None:
+    course, _ = live(TABLES["one is clear"])
+    found = audit.compare(Course((), "aborted", "out_of_recording"), course)
+    assert (found.same_actions, found.same_outcome, found.same_beliefs) == (False, False, False)

@@ -57,10 +57,17 @@ class Comparison:
 
     same_actions: bool
     same_outcome: bool
+    n_looks: int
+    """Looks that both took, up to the first difference; after each the beliefs are compared."""
     apart: float
     """The largest difference of two beliefs in one hypothesis after the same looks."""
     why: str
     """The first thing that differs, in words; empty when actions and outcome agree."""
+
+    @property
+    def same_beliefs(self) -> bool:
+        """Whether all that could be compared agrees, and there was something to compare."""
+        return self.n_looks > 0 and self.apart <= SAME
 
 
 def of_replay(played: Played) -> Course:
@@ -101,7 +108,8 @@ def compare(replay: Course, live: Course) -> Comparison:
     same_outcome = (replay.outcome, replay.reason) == (live.outcome, live.reason)
     agree = same_actions and same_outcome
     why = "" if agree else next(_differences(replay, live), f"only the end: {live.why}")
-    return Comparison(same_actions, same_outcome, _apart(replay, live), why)
+    gaps = list(_gaps(replay, live))
+    return Comparison(same_actions, same_outcome, len(gaps), max(gaps, default=0.0), why)
 
 
 def _chosen(stop: Stop, choice: Choice | None, feasibility: Feasibility) -> Stop:
@@ -133,17 +141,15 @@ def _refused(feasibility: Feasibility | None) -> frozenset[str]:
     return frozenset([*grasps, *informs])
 
 
-def _apart(replay: Course, live: Course) -> float:
-    largest = 0.0
+def _gaps(replay: Course, live: Course) -> Iterator[float]:
+    """How far apart the beliefs are after each look that both took in the same way."""
     for here, there in zip(replay.stops, live.stops, strict=False):
         if here.q != there.q:
-            break
+            return
         names = set(here.belief) | set(there.belief)
-        gaps = [abs(here.belief.get(z, 0.0) - there.belief.get(z, 0.0)) for z in names]
-        largest = max([largest, *gaps])
+        yield max(abs(here.belief.get(z, 0.0) - there.belief.get(z, 0.0)) for z in names)
         if here.action != there.action:
-            break
-    return largest
+            return
 
 
 def _differences(replay: Course, live: Course) -> Iterator[str]:

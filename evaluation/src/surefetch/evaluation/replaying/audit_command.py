@@ -106,6 +106,8 @@ def _row(one: Contender, scene: RecordedScene, replayed: Course, live: Course) -
         "seed": scene.recording.seed,
         "same_actions": found.same_actions,
         "same_outcome": found.same_outcome,
+        "looks_compared": found.n_looks,
+        "same_beliefs": found.same_beliefs,
         "apart": found.apart,
         "why": found.why,
         "replayed": [*replayed.actions, replayed.outcome],
@@ -128,7 +130,7 @@ def _table(rows: Sequence[Row]) -> Table:
         counts = [
             sum(row["same_actions"] for row in mine),
             sum(row["same_outcome"] for row in mine),
-            sum(row["apart"] <= SAME for row in mine),
+            sum(row["same_beliefs"] for row in mine),
         ]
         table.add_row(
             policy,
