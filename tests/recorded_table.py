@@ -54,8 +54,7 @@ def record(
         covered=bool(table.covered),
         shots=shots,
         feasible=all_feasible(shots, covered=bool(table.covered)),
-        differing=None,
-        perception_s=(),
+        repeated=None,
         durations_s={},
     )
     truth = RecordingTruth(

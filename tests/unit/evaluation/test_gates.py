@@ -34,8 +34,7 @@ def walked(seed: int, *, covered: bool = False, relation: Relation | None = "ins
         covered=covered,
         shots=(),
         feasible=(),
-        differing=None,
-        perception_s=(),
+        repeated=None,
         durations_s={},
     )
     truth = RecordingTruth(

@@ -24,9 +24,9 @@ FAILED = Attempt(done=False, why="it slipped", moved_m=0.01, turned_deg=0.0, dur
 
 def test_a_cover_is_removed_a_target_grasped_and_the_table_stays_as_it_was() -> None:
     with Studio(generate("visible", 9), CELL, "classical") as studio:
-        recording, truth = studio.record()
-    measured = measure(recording, truth, CELL, NUMBERS)
-    assert recording.covered
+        recorded = studio.record()
+    measured = measure(recorded.recording, recorded.truth, CELL, NUMBERS)
+    assert recorded.recording.covered
     for attempts in (measured.removals, measured.grasps):
         assert 1 <= len(attempts) <= MOST_ATTEMPTS
         assert [attempt.done for attempt in attempts] == [False] * (len(attempts) - 1) + [True]

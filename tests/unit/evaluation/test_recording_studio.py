@@ -68,7 +68,8 @@ def test_a_frame_does_not_depend_on_how_the_arm_came(monkeypatch: pytest.MonkeyP
 def test_every_state_is_recorded_with_the_bodies_under_its_detections() -> None:
     made = generate("covered", 1)
     with Studio(made, CELL, "classical") as studio:
-        recording, truth = studio.record()
+        recorded = studio.record()
+    recording, truth = recorded.recording, recorded.truth
     assert [shot.state for shot in recording.shots] == states(True, CELL)
     first, *_ = recording.shots
     after = next(shot for shot in recording.shots if shot.state.cover == "open")

@@ -93,8 +93,7 @@ def record(folder: Path, seed: int) -> None:
         covered=False,
         shots=tuple(seen(state) for state in reached),
         feasible=(),
-        differing=None,
-        perception_s=(),
+        repeated=None,
         durations_s={},
     )
     truth = RecordingTruth(

@@ -3,7 +3,9 @@
 import argparse
 import os
 import sys
-from collections.abc import Iterator
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,9 +15,9 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from surefetch.common.cell import simulated_cell
-from surefetch.evaluation.recordings import recording_store, splits, spread
+from surefetch.evaluation.recordings import recording_store, repeats, splits, spread
 from surefetch.evaluation.recordings.made_with import made_with
-from surefetch.evaluation.recordings.recording import FORMAT
+from surefetch.evaluation.recordings.recording import FORMAT, Repeated
 from surefetch.evaluation.recordings.studio import Studio
 from surefetch.evaluation.scenes.generate import generate
 from surefetch.perception.backends import BACKENDS
@@ -30,6 +32,16 @@ class Job:
     backend: str
     family: str
     seed: int
+
+
+@dataclass(frozen=True)
+class Done:
+    """What is told of a recorded scene."""
+
+    address: str
+    spent_s: dict[str, float]
+    """Processor time, by what was done."""
+    repeated: Repeated | None
 
 
 def main(argv: list[str]) -> int:
@@ -51,16 +63,22 @@ def main(argv: list[str]) -> int:
         if asked.ray is None
         else spread.over_ray(record_one, jobs, asked.ray)
     )
-    _show(recorded, wanted - len(jobs), wanted)
+    done = _watched(recorded, wanted - len(jobs), wanted)
     print(f"{wanted} scenes are recorded in {asked.out}; {len(jobs)} of them now.")
+    if done:
+        print(_told(done))
     return 0
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="surefetch study record",
-        description="Generate scenes, and capture and perceive every view with the cover on and "
-        "off, once. Scenes that are recorded already are left alone.",
+        description="Generate scenes, capture and perceive every view with the cover on and off, "
+        "once, and ask the executor's planning what the robot could do after every order of looks. "
+        "Scenes that are recorded already are left alone; an interrupted command is run again. "
+        "Two scenes of a hundred are looked at twice: where more than one candidate of 200 is then "
+        "put in another category, recording stops. What comes of removing covers and grasping is "
+        "measured afterwards, by study measure.",
         epilog="example: surefetch study record --split development --episodes 40 --out dev",
     )
     parser.add_argument("--split", metavar="S", help=", ".join(splits.SPLITS))
@@ -89,21 +107,38 @@ def _made_with(backend: str) -> dict[str, object]:
     return {"format": FORMAT, **msgspec.structs.asdict(made)}
 
 
-def record_one(job: Job) -> str:
-    """Generate, record and save one scene; its address."""
+def record_one(job: Job) -> Done:
+    """Generate, record and save one scene."""
     cv2.setNumThreads(1)
+    began_s = time.process_time()
     made = generate(job.family, job.seed)
+    generated_s = time.process_time() - began_s
     with Studio(made, simulated_cell(), job.backend) as studio:
-        recording, truth = studio.record()
-    recording_store.save(job.folder, recording, truth, made.truth)
-    return f"{job.family}:{job.seed}"
+        recorded = studio.record()
+    recording = recorded.recording
+    if repeats.is_repeated(job.family, job.seed):
+        with Studio(made, simulated_cell(), job.backend) as studio:
+            repeated = repeats.compared(recording.shots, studio.shots())
+        recording = msgspec.structs.replace(recording, repeated=repeated)
+    spent_s = {"generation": generated_s, **recording.durations_s}
+    spent_s["everything else"] = time.process_time() - began_s - sum(spent_s.values())
+    recording = msgspec.structs.replace(recording, durations_s=spent_s)
+    recording_store.save_pictures(job.folder, recorded.pictures)
+    recording_store.save(job.folder, recording, recorded.truth, made.truth)
+    return Done(f"{job.family}:{job.seed}", spent_s, recording.repeated)
 
 
 def _is_done(job: Job) -> bool:
     return recording_store.is_recorded(job.folder, job.family, job.seed)
 
 
-def _show(recorded: Iterator[str], before: int, wanted: int) -> None:
+def _watched(recorded: Iterator[Done], before: int, wanted: int) -> list[Done]:
+    """All of them, with a bar; ends early where a second look does not show the same.
+
+    Raises:
+        InfrastructureError: recording the same scene again gives something else.
+    """
+    done: list[Done] = []
     with Progress(
         TextColumn("recording"),
         BarColumn(),
@@ -114,5 +149,23 @@ def _show(recorded: Iterator[str], before: int, wanted: int) -> None:
         disable=not sys.stderr.isatty(),
     ) as progress:
         task = progress.add_task("", total=wanted, completed=before)
-        for done in recorded:
-            progress.update(task, advance=1, description=done)
+        for one in recorded:
+            done.append(one)
+            repeats.check(d.repeated for d in done if d.repeated is not None)
+            progress.update(task, advance=1, description=one.address)
+    return done
+
+
+def _told(done: Sequence[Done]) -> str:
+    """Where the time went, and whether second looks showed the same."""
+    total = Counter[str]()
+    for one in done:
+        total.update(one.spent_s)
+    each = ", ".join(f"{what} {s / len(done):.2f}" for what, s in total.most_common())
+    twice = [one.repeated for one in done if one.repeated is not None]
+    found = repeats.check(twice)
+    return (
+        f"Processor time of a scene: {total.total() / len(done):.2f} s ({each}).\n"
+        f"{len(twice)} scenes were looked at twice: {found.differing} of {found.candidates} "
+        "candidates were put in another category."
+    )

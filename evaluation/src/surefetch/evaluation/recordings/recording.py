@@ -82,6 +82,14 @@ class MadeWith(Message, frozen=True):
     """Digest of perception's sources."""
 
 
+class Repeated(Message, frozen=True):
+    """What came of looking at a scene a second time, from the beginning."""
+
+    candidates: int
+    differing: int
+    """Those that were put in another category."""
+
+
 class Recording(Message, frozen=True, eq=False):
     """Everything a policy may learn of one scene."""
 
@@ -96,12 +104,10 @@ class Recording(Message, frozen=True, eq=False):
     shots: tuple[Shot, ...]
     feasible: tuple[FeasibleAfter, ...]
     """For every history of looks that can arise; see `histories`."""
-    differing: int | None
-    """Answers in which a second recording differed; None: it was not recorded twice."""
-    perception_s: tuple[float, ...]
-    """Wall time of perceiving each shot."""
+    repeated: Repeated | None
+    """None: it was looked at once."""
     durations_s: dict[str, float]
-    """Wall time of what recording did, by kind: `captures`, `perception`, `feasibility`, `all`."""
+    """Processor time of recording, by what was done; `perception` is of all shots together."""
 
     @property
     def cell(self) -> str:

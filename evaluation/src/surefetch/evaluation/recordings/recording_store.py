@@ -1,5 +1,7 @@
 """Recordings on disk: ``DIR/FAMILY-SEED.recording``, and the scorer's own under ``DIR/truth/``.
 
+``DIR/FAMILY-SEED.pictures`` is beside it, for figures.
+
 ``truth/FAMILY-SEED.json`` says which body lies under each detection, ``.scene.json`` what is true
 of the scene, `.measured.json` what came of removing its cover and grasping its target.
 
@@ -17,6 +19,7 @@ from surefetch.common import codec
 from surefetch.common.errors import BadInput, CodecError
 from surefetch.evaluation.recordings import measured as measured_outcomes
 from surefetch.evaluation.recordings.measured import Measured
+from surefetch.evaluation.recordings.pictures import Pictures
 from surefetch.evaluation.recordings.recording import FORMAT, Recording, RecordingTruth
 from surefetch.evaluation.recordings.splits import FAMILIES
 from surefetch.evaluation.scenes.truth import SceneTruth
@@ -25,6 +28,7 @@ T = TypeVar("T")
 
 MAX_BYTES: Final = 512 * 1024 * 1024
 SUFFIX: Final = ".recording"
+PICTURES: Final = ".pictures"
 
 
 def save(
@@ -36,6 +40,13 @@ def save(
     _write(folder / "truth" / f"{stem}.scene.json", msgspec.json.encode(scene_truth))
     _write(folder / "truth" / f"{stem}.json", msgspec.json.encode(truth))
     _write(folder / f"{stem}{SUFFIX}", codec.encode(recording, max_bytes=MAX_BYTES))
+
+
+def save_pictures(folder: Path, pictures: Pictures) -> None:
+    """Write what the camera showed of a scene."""
+    folder.mkdir(parents=True, exist_ok=True)
+    encoded = codec.encode(pictures, max_bytes=MAX_BYTES)
+    _write(folder / f"{_stem(pictures.family, pictures.seed)}{PICTURES}", encoded)
 
 
 def is_recorded(folder: Path, family: str, seed: int) -> bool:
@@ -72,6 +83,15 @@ def load(folder: Path, family: str, seed: int) -> Recording:
             f"{path} has format {recording.format}; this version reads {FORMAT}. Record it again."
         )
     return recording
+
+
+def load_pictures(folder: Path, family: str, seed: int) -> Pictures:
+    """What the camera showed of a scene. Raises BadInput when it is missing or damaged."""
+    path = folder / f"{_stem(family, seed)}{PICTURES}"
+    try:
+        return codec.decode(path.read_bytes(), Pictures, max_bytes=MAX_BYTES)
+    except (CodecError, OSError) as error:
+        raise BadInput(f"{path} holds no pictures: {error}\n  Record it again.") from None
 
 
 def load_truth(folder: Path, family: str, seed: int) -> RecordingTruth:

@@ -14,6 +14,7 @@ from typing import Any, Final, TypeVar
 from surefetch.common.errors import BadInput, InfrastructureError
 
 J = TypeVar("J")
+D = TypeVar("D")
 
 ONE_THREAD: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 UNITS_PER_WORKER: Final = 40
@@ -23,9 +24,9 @@ MOST_LOSSES: Final = 3
 
 
 def over_cores(
-    work: Callable[[J], str], units: Sequence[J], cores: int, is_done: Callable[[J], bool]
-) -> Iterator[str]:
-    """The name of every unit as it is done; a unit whose worker was lost is tried again.
+    work: Callable[[J], D], units: Sequence[J], cores: int, is_done: Callable[[J], bool]
+) -> Iterator[D]:
+    """What is said of every unit as it is done; a unit whose worker was lost is tried again.
 
     Raises:
         InfrastructureError: workers are lost again and again. What was done is kept.
@@ -48,7 +49,7 @@ def over_cores(
     )
 
 
-def _once(work: Callable[[J], str], units: Sequence[J], cores: int) -> Iterator[str]:
+def _once(work: Callable[[J], D], units: Sequence[J], cores: int) -> Iterator[D]:
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")
     fresh = multiprocessing.get_context("spawn")
@@ -62,7 +63,7 @@ def _once(work: Callable[[J], str], units: Sequence[J], cores: int) -> Iterator[
             raise
 
 
-def over_ray(work: Callable[[J], str], units: Sequence[J], address: str) -> Iterator[str]:
+def over_ray(work: Callable[[J], D], units: Sequence[J], address: str) -> Iterator[D]:
     """The same over a Ray cluster, whose machines share the folder that is written to.
 
     Args:

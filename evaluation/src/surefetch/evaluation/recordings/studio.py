@@ -2,11 +2,15 @@
 
 The arm is driven to each view along a straight joint move, so that it ends there as it always
 does: off by the view's arrival error, which the joints measure. The lid is put down where the arm
-would put it. Noise and pose errors are those of the first capture in that state, so a frame is the
-one that a live run would get, but for the last micrometres in which the arm comes to rest.
+would put it, once, after all that can be seen while it is on. Noise and pose errors are those of
+the first capture in that state, so a frame is the one that a live run would get, but for the last
+micrometres in which the arm comes to rest.
 """
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Final, Self
 
@@ -16,10 +20,8 @@ from surefetch.common.cell import Cell
 from surefetch.common.errors import InfrastructureError
 from surefetch.common.geometry import Array, rigid, rotation_z
 from surefetch.common.messages import (
-    AskFeasible,
     AskTruth,
     Capture,
-    Feasibility,
     Frame,
     FrameId,
     Observations,
@@ -31,6 +33,8 @@ from surefetch.evaluation.recordings import labels as recording_labels
 from surefetch.evaluation.recordings.desk import Desk
 from surefetch.evaluation.recordings.free_space import FreeSpace, seen_in
 from surefetch.evaluation.recordings.made_with import made_with
+from surefetch.evaluation.recordings.pictures import Picture, Pictures
+from surefetch.evaluation.recordings.prospects import prospects
 from surefetch.evaluation.recordings.recording import (
     FORMAT,
     Recording,
@@ -57,12 +61,21 @@ from surefetch.perception.backends import BACKENDS
 from surefetch.perception.frame_geometry import LatestGeometry
 from surefetch.perception.service import PerceptionService
 
-MOVE_S: Final = 2.5
+MOVE_S: Final = 1.0
 SAMPLES: Final = 60
 LID_RESTS_S: Final = 0.25
 MOVED_M: Final = 0.002
 """A body that has moved farther than this was touched by the arm."""
 WHO: Final = "recording"
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """All that is kept of one scene."""
+
+    recording: Recording
+    truth: RecordingTruth
+    pictures: Pictures
 
 
 class Studio:
@@ -85,6 +98,7 @@ class Studio:
         geometry = LatestGeometry()
         self._perception = PerceptionService(desk, BACKENDS[backend](geometry), geometry)
         self._executor.load_scene(generated.scene)
+        self._spent_s: dict[str, float] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -97,46 +111,57 @@ class Studio:
     ) -> None:
         self._simulated.close()
 
-    def record(self) -> tuple[Recording, RecordingTruth]:
-        """Every state that can be reached, once.
+    def record(self) -> Recorded:
+        """Every state that can be reached, once, and what the robot could do after each history.
 
         Raises:
             InfrastructureError: the arm touched something on its way.
         """
-        started, before = time.perf_counter(), self._truth()
-        spent_s = {"captures": 0.0, "perception": 0.0}
-        covered = self._simulated.covered()
-        shots: list[Shot] = []
-        truths: list[ShotTruth] = []
-        for state in states(covered, self._cell):
-            if state.cover == "open" and self._simulated.covered():
-                self.lift_lid()
-            shots.append(self._shot(state, spent_s))
-            truths.append(self._labelled(state, shots[-1].observations))
+        covered, before = self._simulated.covered(), self._truth()
+        seen = [self._state(state) for state in states(covered, self._cell)]
         self._check_nothing_moved(before)
-        spent_s["all"] = time.perf_counter() - started
-        return self._recording(covered, shots, spent_s), self._recording_truth(truths)
+        shots = tuple(shot for shot, _, _ in seen)
+        return Recorded(
+            recording=self._recording(covered, shots),
+            truth=self._recording_truth(tuple(truth for _, truth, _ in seen)),
+            pictures=self._pictures(tuple(picture for _, _, picture in seen)),
+        )
+
+    def shots(self) -> tuple[Shot, ...]:
+        """Every state that can be reached, and nothing else of the scene."""
+        reached = states(self._simulated.covered(), self._cell)
+        return tuple(self._state(state)[0] for state in reached)
 
     def look(self, view: str) -> Observations:
         """Drive to a view, capture and perceive."""
         return self.perceive(self.capture(view))
 
-    def _shot(self, state: State, spent_s: dict[str, float]) -> Shot:
-        """One state; what it took is added to `spent_s`."""
-        began = time.perf_counter()
-        frame = self.frame(self.capture(state.view))
-        captured = time.perf_counter()
-        seen = self.perceive(frame.info.frame)
-        spent_s["captures"] += captured - began
-        spent_s["perception"] += time.perf_counter() - captured
-        return Shot(
-            state=state,
-            observations=seen,
-            K=frame.info.K,
-            T_world_camera=frame.info.T_world_camera,
-            q_rad=frame.q_rad,
-            free_space=FreeSpace.of(seen_in(frame)),
-        )
+    def _state(self, state: State) -> tuple[Shot, ShotTruth, Picture]:
+        """One state, captured and perceived."""
+        if state.cover == "open" and self._simulated.covered():
+            self.lift_lid()
+        with self._timed("captures"):
+            frame = self.frame(self.capture(state.view))
+        with self._timed("perception"):
+            seen = self.perceive(frame.info.frame)
+        with self._timed("free space, pictures"):
+            shot = Shot(
+                state=state,
+                observations=seen,
+                K=frame.info.K,
+                T_world_camera=frame.info.T_world_camera,
+                q_rad=frame.q_rad,
+                free_space=FreeSpace.of(seen_in(frame)),
+            )
+            picture = Picture.of(state, np.asarray(frame.rgb))
+        return shot, self._labelled(state, seen), picture
+
+    @contextmanager
+    def _timed(self, what: str) -> Iterator[None]:
+        """Add the processor time of what is done meanwhile."""
+        began_s = time.process_time()
+        yield
+        self._spent_s[what] = self._spent_s.get(what, 0.0) + time.process_time() - began_s
 
     def capture(self, view: str) -> FrameId:
         """Drive to a view and take a frame."""
@@ -151,10 +176,6 @@ class Studio:
         """What perception says of a frame."""
         asked = Observe(episode=WHO, step=0, frame=frame, target=self._generated.target)
         return self._perception.observe(asked)
-
-    def feasible(self, ask: AskFeasible) -> Feasibility:
-        """What the executor could do now."""
-        return self._executor.feasible(ask)
 
     def lift_lid(self) -> None:
         """Put the lid where the arm puts it, at rest."""
@@ -193,8 +214,10 @@ class Studio:
                     f"{1e3 * np.linalg.norm(moved):.1f} mm: the arm touched it between two views."
                 )
 
-    def _recording(self, covered: bool, shots: list[Shot], spent_s: dict[str, float]) -> Recording:
+    def _recording(self, covered: bool, shots: tuple[Shot, ...]) -> Recording:
         scene = self._generated.scene
+        with self._timed("feasibility"):
+            feasible = prospects(shots, covered, self._cell, (scene.family, scene.seed))
         return Recording(
             format=FORMAT,
             family=scene.family,
@@ -203,14 +226,17 @@ class Studio:
             sentence=self._generated.sentence,
             target=self._generated.target,
             covered=covered,
-            shots=tuple(shots),
-            feasible=(),
-            differing=None,
-            perception_s=(),
-            durations_s=spent_s,
+            shots=shots,
+            feasible=feasible,
+            repeated=None,
+            durations_s=self._spent_s,
         )
 
-    def _recording_truth(self, truths: list[ShotTruth]) -> RecordingTruth:
+    def _pictures(self, pictures: tuple[Picture, ...]) -> Pictures:
+        scene = self._generated.scene
+        return Pictures(format=FORMAT, family=scene.family, seed=scene.seed, pictures=pictures)
+
+    def _recording_truth(self, truths: tuple[ShotTruth, ...]) -> RecordingTruth:
         scene, truth = self._generated.scene, self._generated.truth
         return RecordingTruth(
             format=FORMAT,
@@ -220,7 +246,7 @@ class Studio:
             relation=truth.relation,
             graspable=tuple(b.name for b in scene.bodies if not rejection.too_wide(b)),
             matches=body_matches(scene, self._generated.target),
-            shots=tuple(truths),
+            shots=truths,
         )
 
 
