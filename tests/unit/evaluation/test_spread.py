@@ -36,7 +36,10 @@ def test_without_ray_the_command_says_how_to_get_it(
         list(spread.over_ray(work, [Unit(tmp_path, "unit 0")], "local"))
 
 
-def test_a_ray_cluster_does_every_unit(tmp_path: Path) -> None:
+def test_a_ray_cluster_does_every_unit_though_a_worker_dies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("ray")
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))  # workers import dying_units
     units = [Unit(tmp_path, f"unit {n}", dies=int(n == 1)) for n in range(4)]
     assert sorted(spread.over_ray(work, units, "local")) == [u.name for u in units]
