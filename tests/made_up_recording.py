@@ -23,6 +23,7 @@ def made_with(backend: str = BACKEND) -> MadeWith:
         cell_file="made-up",
         backend=backend,
         perception="made-up",
+        planning="made-up",
     )
 
 

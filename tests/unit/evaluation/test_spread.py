@@ -43,3 +43,9 @@ def test_a_ray_cluster_does_every_unit_though_a_worker_dies(
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))  # workers import dying_units
     units = [Unit(tmp_path, f"unit {n}", dies=int(n == 1)) for n in range(4)]
     assert sorted(spread.over_ray(work, units, "local")) == [u.name for u in units]
+
+
+def test_an_address_without_a_ray_cluster_is_told(tmp_path: Path) -> None:
+    pytest.importorskip("ray")
+    with pytest.raises(BadInput, match="no Ray cluster at auto"):
+        list(spread.over_ray(work, [Unit(tmp_path, "unit 0")], "auto"))

@@ -16,6 +16,9 @@ from surefetch.evaluation.scenes.candidate import GENERATOR_VERSION
 GENERATOR: Final = ("surefetch.evaluation.scenes", "surefetch.executor.simulation")
 """Sources that decide what a seed's scene is and how it looks."""
 PERCEPTION: Final = ("surefetch.perception",)
+PLANNING: Final = tuple(
+    f"surefetch.executor.{part}" for part in ("robot", "motion", "grasping", "skills")
+)
 DIGITS: Final = 16
 
 
@@ -34,6 +37,7 @@ def made_with(cell: Cell, backend: str) -> MadeWith:
         cell_file=_digest([msgspec.json.encode(cell)]),
         backend=backend,
         perception=_sources(PERCEPTION),
+        planning=_sources(PLANNING),
     )
 
 

@@ -80,6 +80,8 @@ class MadeWith(Message, frozen=True):
     """Perception."""
     perception: Name
     """Digest of perception's sources."""
+    planning: Name
+    """Digest of the sources by which feasibility is judged."""
 
 
 class Repeated(Message, frozen=True):

@@ -72,16 +72,26 @@ def over_ray(work: Callable[[J], D], units: Sequence[J], address: str) -> Iterat
         address: of the cluster, as `ray.init` takes it; `local` starts one here.
 
     Raises:
-        BadInput: Ray is not installed.
+        BadInput: Ray is not installed, or there is no cluster at the address.
+        InfrastructureError: workers are lost again and again. What was done is kept.
     """
     ray = _ray()
-    ray.init(address=address, log_to_driver=False)
+    one_thread = {"env_vars": dict.fromkeys(ONE_THREAD, "1")}
     try:
-        remote = ray.remote(num_cpus=1, max_retries=MOST_LOSSES)(work)
+        ray.init(address=address, log_to_driver=False, runtime_env=one_thread)
+    except (ConnectionError, ValueError) as error:
+        raise BadInput(f"there is no Ray cluster at {address}: {error}") from None
+    try:
+        remote = ray.remote(num_cpus=1, max_retries=MOST_LOSSES, max_calls=UNITS_PER_WORKER)(work)
         waiting = [remote.remote(unit) for unit in units]
         while waiting:
             (done, *_), waiting = ray.wait(waiting, num_returns=1)
             yield ray.get(done)
+    except ray.exceptions.WorkerCrashedError as lost:
+        raise InfrastructureError(
+            f"one unit lost its worker {MOST_LOSSES + 1} times: {lost}\n"
+            "  Run the same command again: what is done stays done."
+        ) from None
     finally:
         ray.shutdown()
 
