@@ -6,11 +6,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from surefetch.belief.attribute_evidence import AttributeEvidence, distractor_patterns
 from surefetch.belief.evidence import NOTHING, CategoryEvidence, Evidence, Seen
 from surefetch.belief.filter import FLOOR, Memory, Model, Step, step
-from surefetch.common.answer_tables import ATTRIBUTES, AnswerTables, Attribute
+from surefetch.common.answer_tables import (
+    ATTRIBUTES,
+    AnswerTables,
+    Attribute,
+    Company,
+    DistractorTable,
+)
 from surefetch.common.emission import Emission
 from surefetch.common.hypotheses import (
     ASKED,
@@ -238,6 +245,79 @@ def test_what_is_not_asked_says_nothing(
     ]
     one, same = fold(looks, model, named)[-1], fold(other, model, named)[-1]
     assert one.belief.named() == same.belief.named()
+
+
+@settings(deadline=None)
+@given(episodes(), tables, asked_relations, temperings)
+def test_where_tables_without_a_target_are_like_the_others_their_company_says_nothing(
+    looks: list[tuple[int, Look]], table: AnswerTables, asked: str, tempering: float
+) -> None:
+    assert asked in ASKED
+    twice = replace(table, distractors=summed(table.distractors, table.distractors))
+    alike = Company(distractors=table.distractors, weight=1.0)
+    model = model_of(twice, asked, tempering)
+    evidence = AttributeEvidence(twice, asked, alike)
+    without = fold(looks, model)[-1].belief
+    with_it = fold(looks, Model(evidence, PRINTED, tempering))[-1].belief
+    assert with_it.p_abs / with_it.p_unobs == pytest.approx(without.p_abs / without.p_unobs)
+
+
+companies = st.builds(
+    lambda table, weight: Company(distractors=table.distractors, weight=weight),
+    tables,
+    st.floats(0.0, 1.0),
+)
+
+
+@settings(deadline=None)
+@given(episodes(births=False), tables, companies, asked_relations)
+def test_the_order_of_looks_does_not_matter_with_company_either(
+    looks: list[tuple[int, Look]], table: AnswerTables, company: Company, asked: str
+) -> None:
+    assert asked in ASKED
+    model = Model(AttributeEvidence(table, asked, company), PRINTED, tempering=0.0)
+    one, *others = (fold(list(order), model)[-1] for order in permutations(looks))
+    for other in others:
+        assert other.belief.named() == pytest.approx(one.belief.named(), rel=1e-9, abs=1e-300)
+
+
+NEAR_MISSES: DistractorTable = {"inside": {" ".join(ATTRIBUTES): {"inside": (0, 99, 0, *[0] * 5)}}}
+"""All tracks have the colour and the shape that are asked, and another marking."""
+UNLIKE: DistractorTable = {"inside": {" ".join(ATTRIBUTES): {"inside": (*[0] * 7, 99)}}}
+
+
+@pytest.mark.parametrize("weight", [0.0, 0.5, 1.0])
+def test_a_near_miss_speaks_for_absence_where_tables_without_a_target_hold_more_of_them(
+    weight: float,
+) -> None:
+    unread: Labels = ("supported", "supported", "unobservable", "inside")
+    unlike: Labels = ("contradicted", "contradicted", "contradicted", "inside")
+    table = replace(RELIABLE, distractors=summed(NEAR_MISSES, UNLIKE))
+    company = Company(distractors=NEAR_MISSES, weight=weight)
+    model = Model(AttributeEvidence(table, "inside", company), PRINTED, 0.0)
+    odds = []
+    for told in (unread, unlike):
+        (done,) = fold([(1, ("center", {1: told}))], model)
+        odds.append(done.belief.p_abs / done.belief.p_unobs * PRINTED.unobserved / PRINTED.absent)
+    if weight == 0.0:
+        assert odds == pytest.approx([1.0, 1.0])
+    else:
+        assert odds[0] > 2.0
+        assert odds[1] < 0.5
+
+
+def summed(one: DistractorTable, other: DistractorTable) -> DistractorTable:
+    """Of two tables with the same keys."""
+    return {
+        asked: {
+            key: {
+                r: tuple(map(sum, zip(row, other[asked][key][r], strict=True)))
+                for r, row in by_relation.items()
+            }
+            for key, by_relation in by_named.items()
+        }
+        for asked, by_named in one.items()
+    }
 
 
 @pytest.mark.parametrize("asked", ["inside", "outside"])

@@ -14,6 +14,7 @@ from scripted_table import parameters
 from surefetch.common.answer_tables import (
     ATTRIBUTES,
     AnswerTables,
+    Company,
     Has,
     LabelCounts,
     attributes_in,
@@ -47,6 +48,7 @@ def with_switches() -> Parameters:
         parameters("extended"),
         asked_prior=dict.fromkeys(ASKED, PRIOR),
         attribute_evidence=tables,
+        company=Company(distractors=tables.distractors, weight=0.5),
         tempering=0.25,
     )
 
@@ -61,6 +63,7 @@ def test_every_switch_is_off_in_the_paper_profile_and_where_a_file_says_nothing(
     for off in (shipped_parameters("paper"), parameters("extended")):
         assert off.asked_prior is None
         assert off.attribute_evidence is None
+        assert (off.cover_prior, off.births, off.company) == (None, None, None)
         assert off.tempering == 0.5
         assert off.belief_priors("inside") == off.priors
 

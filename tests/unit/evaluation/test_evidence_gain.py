@@ -71,10 +71,11 @@ def test_a_story_is_scored_by_the_truth_after_each_of_its_looks() -> None:
 def test_switches_replace_their_own_part_alone() -> None:
     off = parameters("extended")
     for name in SWITCHES:
-        on = turned_on(off, STORIES, {name})
-        changed = {f for f in off.__struct_fields__ if getattr(on, f) != getattr(off, f)}
+        needed = {"attribute_evidence"} if name == "company" else set()
+        without, on = turned_on(off, STORIES, needed), turned_on(off, STORIES, needed | {name})
+        changed = {f for f in off.__struct_fields__ if getattr(on, f) != getattr(without, f)}
         assert changed == {name}
-    assert turned_on(off, STORIES, ()) == off
+    assert turned_on(off, STORIES, ()) == turned_on(off, STORIES, {"company"}) == off
 
 
 def test_the_prior_of_an_asked_relation_comes_from_scenes_that_ask_for_it() -> None:

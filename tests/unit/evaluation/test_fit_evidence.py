@@ -1,5 +1,6 @@
 """Answers counted by what the body under them is, and tracks by what they have."""
 
+import msgspec
 from made_up_looks import look
 
 from surefetch.common.messages import Answer, Answers
@@ -81,6 +82,16 @@ def test_tables_hold_the_counts_in_the_order_of_labels_and_patterns() -> None:
         "color shape": {"inside": (0, 0, 0, 0), "outside": (0, 0, 1, 0)}
     }
     assert tables.distractors["any"] == {}
+
+
+def test_what_stands_on_tables_without_a_target_is_counted_apart_as_well() -> None:
+    empty_table = msgspec.structs.replace(TRUTH, target=None, relation=None)
+    without = fit_evidence.count([looked("center")], empty_table, "inside")
+    both = without + fit_evidence.count([looked("center")], TRUTH, "inside")
+    assert list(without.company.values()) == list(both.company.values()) == [1]
+    assert list(both.distractors.values()) == [2]
+    found = fit_evidence.company(both, 0.5)
+    assert found.distractors["inside"]["color shape"]["outside"] == (0, 0, 1, 0)
 
 
 def test_counts_of_two_scenes_add_up_and_of_none_make_empty_tables() -> None:

@@ -22,6 +22,12 @@ class ParameterValue(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw
     """A frozen part of a parameter file; unknown and missing keys are errors."""
 
 
+DistractorTable = dict[AskedRelation, dict[str, dict[Relation, tuple[Count, ...]]]]
+"""How many tracks that are not the target have what: ``[asked][named attributes][relation]``, by
+which of the named attributes match: all, … , none, the last one changing fastest. The named
+attributes stand with a space between, in their fixed order. May have gaps."""
+
+
 class AnswerTables(ParameterValue, frozen=True):
     """How the four questions are answered, and what stands on tables besides the target."""
 
@@ -29,23 +35,36 @@ class AnswerTables(ParameterValue, frozen=True):
     """``[attribute][q][match or mismatch]``. May have gaps."""
     membership: dict[str, dict[Relation, LabelCounts]]
     """``[q][relation of the body]``. May have gaps."""
-    distractors: dict[AskedRelation, dict[str, dict[Relation, tuple[Count, ...]]]]
-    """How many tracks that are not the target have what: ``[asked][named attributes][relation]``,
-    by which of the named attributes match: all, … , none, the last one changing fastest. The named
-    attributes stand with a space between, in their fixed order. May have gaps."""
+    distractors: DistractorTable
 
     def __post_init__(self) -> None:
         missing = set(ATTRIBUTES) - set(self.identity)
         if missing:
             raise ValueError(f"attribute_evidence.identity lacks {', '.join(sorted(missing))}")
-        for by_named in self.distractors.values():
-            for named, by_relation in by_named.items():
-                wanted = 2 ** len(attributes_in(named))
-                for row in by_relation.values():
-                    if len(row) != wanted:
-                        raise ValueError(
-                            f'distractors of "{named}" need {wanted} counts, not {len(row)}'
-                        )
+        _check(self.distractors)
+
+
+class Company(ParameterValue, frozen=True):
+    """What stands on tables without a target: more of what resembles it than beside a target."""
+
+    distractors: DistractorTable
+    """The part of `AnswerTables.distractors` that was counted where the target is absent."""
+    weight: Probability
+    """Exponent of what a track's company says: of 1, tracks would be independent."""
+
+    def __post_init__(self) -> None:
+        _check(self.distractors)
+
+
+def _check(table: DistractorTable) -> None:
+    for by_named in table.values():
+        for named, by_relation in by_named.items():
+            wanted = 2 ** len(attributes_in(named))
+            for row in by_relation.values():
+                if len(row) != wanted:
+                    raise ValueError(
+                        f'distractors of "{named}" need {wanted} counts, not {len(row)}'
+                    )
 
 
 def named_key(named: Sequence[Attribute]) -> str:

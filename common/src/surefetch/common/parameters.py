@@ -13,7 +13,7 @@ from typing import Annotated, Final, Literal, get_args
 
 import msgspec
 
-from surefetch.common.answer_tables import AnswerTables, Count, ParameterValue, Probability
+from surefetch.common.answer_tables import AnswerTables, Company, Count, ParameterValue, Probability
 from surefetch.common.emission import Emission
 from surefetch.common.errors import BadInput
 from surefetch.common.hypotheses import ASKED, CLASSES, OBSERVATIONS, RELATIONS, AskedRelation
@@ -145,6 +145,8 @@ class Parameters(ParameterValue, frozen=True):
     """Priors by cover state and asked relation, in the place of `asked_prior`; null: off."""
     attribute_evidence: AnswerTables | None = None
     """The four answers as evidence of their own, in the place of `emissions`; null: off."""
+    company: Company | None = None
+    """How unlike tables with and without a target are; needs `attribute_evidence`; null: off."""
     tempering: Annotated[float, msgspec.Meta(ge=0.0)] = PAPER_TEMPERING
     """γ: the n-th observation of a track counts with exponent n^-γ."""
     births: dict[str, dict[CoverKey, BirthCounts]] | None = None

@@ -10,6 +10,8 @@ from surefetch.common.answer_tables import (
     ATTRIBUTES,
     AnswerTables,
     Attribute,
+    Company,
+    DistractorTable,
     Has,
     LabelCounts,
     attributes_in,
@@ -40,12 +42,17 @@ class AnswerCounts:
         default_factory=Counter
     )
     """N(asked, named attributes, relation, which of them match)"""
+    company: Counter[tuple[AskedRelation, str, Relation, tuple[bool, ...]]] = field(
+        default_factory=Counter
+    )
+    """The part of `distractors` from scenes where the target is absent."""
 
     def __add__(self, other: "AnswerCounts") -> "AnswerCounts":
         return AnswerCounts(
             self.identity + other.identity,
             self.membership + other.membership,
             self.distractors + other.distractors,
+            self.company + other.company,
         )
 
 
@@ -70,6 +77,8 @@ def count(looks: Sequence[Look], truth: RecordingTruth, asked: AskedRelation) ->
     for body in looks[-1].bodies.values():
         if body is not None and body != truth.target:
             _count_distractor(counts, asked, truth.matches[body])
+    if truth.target is None:
+        counts.company.update(counts.distractors)
     return counts
 
 
@@ -104,8 +113,13 @@ def tables(counts: AnswerCounts) -> AnswerTables:
             q: {r: _row(counts.membership, (q, r), MEMBERSHIP_LABELS) for r in RELATIONS}
             for q in sorted({q for q, _, _ in counts.membership})
         },
-        distractors={asked: _distractors(counts, asked) for asked in ASKED},
+        distractors=_distractors(counts.distractors),
     )
+
+
+def company(counts: AnswerCounts, weight: float) -> Company:
+    """What stands on tables without a target, as a parameter file holds it."""
+    return Company(distractors=_distractors(counts.company), weight=weight)
 
 
 def _identity(counts: AnswerCounts, u: Attribute) -> dict[str, dict[Has, LabelCounts]]:
@@ -121,15 +135,18 @@ def _row(counts: Counter[Any], truth: tuple[str, ...], labels: Sequence[str]) ->
 
 
 def _distractors(
-    counts: AnswerCounts, asked: AskedRelation
-) -> dict[str, dict[Relation, tuple[int, ...]]]:
+    counted: Counter[tuple[AskedRelation, str, Relation, tuple[bool, ...]]],
+) -> DistractorTable:
     return {
-        key: {
-            r: tuple(
-                counts.distractors[asked, key, r, has]
-                for has in product((True, False), repeat=len(attributes_in(key)))
-            )
-            for r in RELATIONS
+        asked: {
+            key: {
+                r: tuple(
+                    counted[asked, key, r, has]
+                    for has in product((True, False), repeat=len(attributes_in(key)))
+                )
+                for r in RELATIONS
+            }
+            for key in sorted({key for a, key, _, _ in counted if a == asked})
         }
-        for key in sorted({key for a, key, _, _ in counts.distractors if a == asked})
+        for asked in ASKED
     }

@@ -8,6 +8,14 @@ the answers to it are independent:
 The target has all that is named, in its relation. What is not the target has some pattern of
 those that uniqueness leaves, and keeps it: its chances are learnt look by look (exact Bayes), so
 that what was read once need not be doubted anew.
+
+Tables without a target are other tables (they hold more near-misses), so that the patterns may
+have other chances π_A there than beside a target, π_D. With everything that is not the target from
+π_A, absence gains over all else by each track's answers Y_i so far
+
+    (Σ_m,ρ π_A(m, ρ) P(Y_i | m, ρ) / Σ_m,ρ π_D(m, ρ) P(Y_i | m, ρ)) ^ w
+
+where w < 1 stands for that the bodies of one table were not chosen independently.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,6 +31,8 @@ from surefetch.common.answer_tables import (
     ATTRIBUTES,
     AnswerTables,
     Attribute,
+    Company,
+    DistractorTable,
     Has,
     LabelCounts,
     named_key,
@@ -43,6 +53,8 @@ K = TypeVar("K", bound=str)
 HAS: Final[tuple[Has, ...]] = ("match", "mismatch")
 MATCHES: Final = np.array(list(product((True, False), repeat=len(ATTRIBUTES))))
 """(8, attributes): which match, all first. An attribute that is not asked counts as matching."""
+BACK_OFF: Final = 4.0
+"""Tracks that the patterns with and without a target together count for."""
 NO_COUNTS: Final[LabelCounts] = (0, 0, 0)
 
 
@@ -50,11 +62,14 @@ NO_COUNTS: Final[LabelCounts] = (0, 0, 0)
 class AttributeEvidence:
     """Latent patterns under the answers.
 
-    What is known of a track is the chance of each of the (8, 2) patterns if it is not the target.
+    What is known of a track is the chance of each of the (8, 2) patterns if it is not the target:
+    beside a target and, where that is told apart, without one.
     """
 
     tables: AnswerTables
     asked: AskedRelation
+    company: Company | None = None
+    """None: absence gains nothing."""
 
     def under(self, q: str) -> Weigh:
         """P(answers | pattern, q), with the tables read once."""
@@ -64,21 +79,33 @@ class AttributeEvidence:
         def weigh(seen: Seen, known: Known) -> Weighed:
             assert seen.answers is not None, "an observation without answers never counts"
             by_pattern = _likelihood(seen.answers, identity, membership)
-            chances = self._before(seen.answers, known)
-            joint = chances * by_pattern
-            as_distractor = joint.sum()
+            joint = self._before(seen.answers, known) * by_pattern
+            as_distractor = joint.sum(axis=(1, 2))
             return Weighed(
-                np.append(by_pattern[0], as_distractor),
-                tuple((joint / as_distractor).ravel().tolist()),
+                np.append(by_pattern[0], as_distractor[0]),
+                tuple((joint / as_distractor[:, None, None]).ravel().tolist()),
+                self._absence(as_distractor),
             )
 
         return weigh
 
     def _before(self, answers: Answers, known: Known) -> Array:
-        """Chances of the patterns of a distractor before this observation."""
-        if known == NOTHING:
-            return distractor_patterns(self.tables, self.asked, _named(answers))
-        return np.array(known).reshape(len(MATCHES), len(RELATIONS))
+        """Chances of the patterns of a distractor before this observation: (1 or 2, 8, 2)."""
+        if known != NOTHING:
+            return np.array(known).reshape(-1, len(MATCHES), len(RELATIONS))
+        named = _named(answers)
+        everywhere = distractor_patterns(self.tables, self.asked, named)
+        if self.company is None:
+            return everywhere[None]
+        counted = _counts(self.tables.distractors, self.asked, named)
+        without = _counts(self.company.distractors, self.asked, named)
+        beside = np.maximum(counted - without, 0.0)
+        return np.stack([_drawn(beside, everywhere), _drawn(without, everywhere)])
+
+    def _absence(self, as_distractor: Array) -> float:
+        if self.company is None:
+            return 1.0
+        return float((as_distractor[1] / as_distractor[0]) ** self.company.weight)
 
 
 def _likelihood(answers: Answers, identity: dict[Attribute, Array], membership: Array) -> Array:
@@ -112,11 +139,25 @@ def distractor_patterns(
     possible[0] = [asked not in ("any", relation) for relation in RELATIONS]
     if not possible.any():
         possible[0] = True
-    rows = tables.distractors.get(asked, {}).get(named_key(named), {})
+    more = np.where(possible, _counts(tables.distractors, asked, named) + 1.0, 0.0)
+    chances: Array = more / more.sum()
+    return chances
+
+
+def _counts(table: DistractorTable, asked: AskedRelation, named: tuple[Attribute, ...]) -> Array:
+    """N(m, ρ | asked) as (8, relations)."""
+    unnamed = [k for k, u in enumerate(ATTRIBUTES) if u not in named]
+    expressible = np.array([all(row[unnamed]) for row in MATCHES])
+    rows = table.get(asked, {}).get(named_key(named), {})
     none = (0,) * int(expressible.sum())
-    counts = np.zeros(possible.shape)
+    counts = np.zeros((len(MATCHES), len(RELATIONS)))
     counts[expressible] = np.array([rows.get(relation, none) for relation in RELATIONS]).T
-    more = np.where(possible, counts + 1.0, 0.0)
+    return counts
+
+
+def _drawn(counts: Array, towards: Array) -> Array:
+    """Shares of the counts, and of BACK_OFF more that are as expected; possible ones alone."""
+    more = np.where(towards > 0.0, counts, 0.0) + BACK_OFF * towards
     chances: Array = more / more.sum()
     return chances
 

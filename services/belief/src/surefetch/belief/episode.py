@@ -93,7 +93,7 @@ def rules_of(parameters: Parameters, asked: AskedRelation) -> Rules:
 def _evidence(parameters: Parameters, asked: AskedRelation) -> Evidence:
     if parameters.attribute_evidence is None:
         return CategoryEvidence(parameters.emission())
-    return AttributeEvidence(parameters.attribute_evidence, asked)
+    return AttributeEvidence(parameters.attribute_evidence, asked, parameters.company)
 
 
 def _with_evidence(

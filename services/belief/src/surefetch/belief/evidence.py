@@ -38,6 +38,9 @@ class Weighed:
     """(classes,) of the observation, if the track is the target inside, outside, or none."""
     known: Known
     """Of the track, the observation included."""
+    absence: float = 1.0
+    """How much likelier the observation is where the target is absent than where it is another
+    track, or not seen."""
 
 
 Weigh = Callable[[Seen, Known], Weighed]

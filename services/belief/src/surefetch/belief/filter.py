@@ -1,5 +1,6 @@
 """The joint belief, step by step: first belief, birth, floor, tempered product, normalise. Pure."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
@@ -100,7 +101,10 @@ def step(
     likelihoods = {
         i: (w.likelihood, n_observations[i] ** -model.tempering) for i, w in weighed.items()
     }
-    belief = update(prior, likelihoods)
+    absence = math.prod(
+        w.absence ** (n_observations[i] ** -model.tempering) for i, w in weighed.items()
+    )
+    belief = update(prior, likelihoods, absence)
     if model.factorized:
         belief = replace(belief, p_tracked=factorized(belief.p_tracked))
     return Step(
@@ -129,7 +133,9 @@ def which_count(seen: Sequence[Seen], counted_before: frozenset[str]) -> tuple[b
     return tuple(counted)
 
 
-def update(prior: JointBelief, likelihoods: Mapping[int, tuple[Array, float]]) -> JointBelief:
+def update(
+    prior: JointBelief, likelihoods: Mapping[int, tuple[Array, float]], absence: float = 1.0
+) -> JointBelief:
     """Floor, multiply by the tempered likelihoods, normalise.
 
     Every observation has the distractor likelihood under all hypotheses but its own track's, so
@@ -140,11 +146,13 @@ def update(prior: JointBelief, likelihoods: Mapping[int, tuple[Array, float]]) -
         prior: b⁻.
         likelihoods: by observed track, (classes,) of its observation with the distractor last,
             and the exponent that tempers it.
+        absence: how much likelier all observations are if the target is absent than if each is of
+            a distractor beside it; 1 in the paper.
 
     Source: paper, eq:runtime-belief-update.
     """
     p_tracked = np.maximum(prior.p_tracked, FLOOR)
     for i, (by_class, exponent) in likelihoods.items():
         p_tracked[prior.tracks.index(i)] *= (by_class[:-1] / by_class[-1]) ** exponent
-    p_unobs, p_abs = max(prior.p_unobs, FLOOR), max(prior.p_abs, FLOOR)
+    p_unobs, p_abs = max(prior.p_unobs, FLOOR), max(prior.p_abs, FLOOR) * absence
     return normalised(JointBelief(prior.tracks, p_tracked, p_unobs, p_abs))
