@@ -88,10 +88,10 @@ def test_what_stands_on_tables_without_a_target_is_counted_apart_as_well() -> No
     empty_table = msgspec.structs.replace(TRUTH, target=None, relation=None)
     without = fit_evidence.count([looked("center")], empty_table, "inside")
     both = without + fit_evidence.count([looked("center")], TRUTH, "inside")
-    assert list(without.company.values()) == list(both.company.values()) == [1]
-    assert list(both.distractors.values()) == [2]
-    found = fit_evidence.company(both, 0.5)
-    assert found.distractors["inside"]["color shape"]["outside"] == (0, 0, 1, 0)
+    assert without.company == without.distractors == both.company
+    company, tables = fit_evidence.company(both, 0.5), fit_evidence.tables(both)
+    assert company.distractors["inside"]["color shape"]["outside"] == (0, 0, 1, 0)
+    assert tables.distractors["inside"]["color shape"]["outside"] == (0, 0, 2, 0)
 
 
 def test_counts_of_two_scenes_add_up_and_of_none_make_empty_tables() -> None:
