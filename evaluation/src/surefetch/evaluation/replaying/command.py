@@ -22,6 +22,7 @@ from surefetch.evaluation.replaying.evaluate import Conditions
 from surefetch.evaluation.replaying.manifest import Manifest
 from surefetch.evaluation.replaying.outcomes import MODES, Mode, Rates
 from surefetch.evaluation.replaying.results import EpisodeResult
+from surefetch.evaluation.reporting import ledger
 
 MOST_JOBS: Final = 64
 RATES: Final = Rates()
@@ -54,11 +55,14 @@ def main(argv: list[str]) -> int:
 
 def _play(wanted: Campaign, out: Path, jobs: int, command: str) -> None:
     """Play the policies that are not there yet, as they are now."""
-    found = manifest.begin(out, manifest.made_with(wanted))
+    made = manifest.made_with(wanted) | ledger.sealed(wanted.recordings)
+    found = manifest.begin(out, made)
     now = {one.label: manifest.played_as(one, command) for one in wanted.contenders()}
     todo = [label for label in now if not manifest.is_played(out, found, label, now[label])]
     if not todo:
         return
+    codes = {label: now[label]["code"] for label in todo}
+    ledger.note(wanted.recordings, made, codes, command)
     played = _scenes(wanted.of(todo), jobs)
     kept = {name: told for name, told in found.policies.items() if name not in todo}
     manifest.write(out, Manifest(found.made_with, kept))

@@ -1,0 +1,45 @@
+"""Policies as the report names them. Pure."""
+
+from typing import Final
+
+from surefetch.evaluation.reporting.plan import OURS, PAPER_METHOD, Key
+
+BELIEFS: Final = {"paper": "paper-method's belief and rules", "extended": "the belief of ours"}
+NAMES: Final = {
+    "ours": "ours",
+    "paper-method": "paper-method",
+    "roboexp": "RoboEXP strong (no LLM)",
+    "roboexp-lite": "RoboEXP lite (no LLM)",
+    "dovsg": "DovSG strong (no LLM)",
+    "dovsg-lite": "DovSG lite (no LLM)",
+    "introplan": "IntroPlan strong (no LLM)",
+    "introplan-lite": "IntroPlan lite (no LLM)",
+    "actpermoma": "ActPerMoMa strong",
+    "actpermoma-lite": "ActPerMoMa lite",
+    "tampura-like": "TAMPURA-like",
+    "pouct": "POUCT strong",
+    "pouct-lite": "POUCT lite",
+    "exhaustive-look": "exhaustive look",
+    "cheapest-first": "gated cheapest-first",
+    "best-fixed": "best fixed sequence",
+    "greedy": "greedy MAP",
+    "greedy-threshold": "greedy MAP with threshold",
+    "always-defer": "always defer",
+    "random": "random",
+    "truth-oracle": "truth oracle (upper bound)",
+    "hindsight": "hindsight ceiling (upper bound)",
+}
+
+
+def of(key: Key) -> str:
+    """A policy with whose belief it plays, where that is not its own."""
+    name, profile = key
+    told = NAMES.get(name, name)
+    return told if key in (OURS, PAPER_METHOD) else f"{told}, {BELIEFS.get(profile, profile)}"
+
+
+def short(key: Key) -> str:
+    """For legends."""
+    name, profile = key
+    told = NAMES.get(name, name).replace(" (no LLM)", "").replace(" strong", "")
+    return told if key in (OURS, PAPER_METHOD) else f"{told} @{profile}"
