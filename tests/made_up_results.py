@@ -7,7 +7,7 @@ import msgspec
 from surefetch.evaluation.recordings.splits import FAMILIES
 from surefetch.evaluation.replaying.manifest import Manifest
 from surefetch.evaluation.replaying.results import EpisodeResult, GraspResult, StepResult
-from surefetch.evaluation.running.metrics import Scored, Verdict, realized_cost
+from surefetch.evaluation.running.metrics import VERDICTS, Scored, Verdict, realized_cost
 
 STEP = StepResult(
     view="center", cover="none", q="center", counted=True, delivered="0",
@@ -64,6 +64,11 @@ def episode(
         q_hat=0.5,
         steps=tuple(steps),
     )
+
+
+def so_many(**counts: int) -> list[Verdict]:
+    """Verdicts by name, each so many times."""
+    return [verdict for verdict in VERDICTS for _ in range(counts.get(verdict, 0))]
 
 
 def episodes(

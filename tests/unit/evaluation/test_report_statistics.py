@@ -129,8 +129,8 @@ def test_the_sign_flip_p_agrees_with_all_flips(differences: list[int]) -> None:
 
 
 def test_the_odds_ratio_of_one_family_is_that_of_its_table() -> None:
-    first = made_up_results.episodes(["success"] * 5 + ["false_defer"] * 5)
-    second = made_up_results.episodes(["success"] * 2 + ["false_defer"] * 8)
+    first = made_up_results.episodes(made_up_results.so_many(success=5, false_defer=5))
+    second = made_up_results.episodes(made_up_results.so_many(success=2, false_defer=8))
     one_family = [
         [msgspec.structs.replace(e, family="partial", seed=n) for n, e in enumerate(of)]
         for of in (first, second)
@@ -165,7 +165,7 @@ def test_a_worse_policy_is_never_said_to_be_better() -> None:
 
 def test_cheaper_alone_is_not_enough_where_success_must_not_be_worse() -> None:
     group = next(group for group in plan.GROUPS if group.name == "tertiary")
-    cheap_and_bad: list[Verdict] = ["success"] * 30 + ["stalled"] * 10
+    cheap_and_bad = made_up_results.so_many(success=30, stalled=10)
     played = {
         plan.OURS: [
             msgspec.structs.replace(e, realized_cost=0.0)
