@@ -21,6 +21,10 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "fitting.calibrate_command:main",
         "the conformal threshold from calibration ones",
     ),
+    "commit": (
+        "fitting.commit_command:main",
+        "how sure a grasp must be, by replay on development recordings",
+    ),
     "gates": (
         "fitting.gates_command:main",
         "is the scene generator hard enough? five controls tell",

@@ -30,9 +30,6 @@ from surefetch.evaluation.fitting.sequences import allowed_sequences, looks_alon
 from surefetch.evaluation.fitting.variants import VARIANTS, believed, remembers, rules_for
 from surefetch.evaluation.recordings import recording_store, splits
 from surefetch.evaluation.recordings.recording import (
-    Path as Sequence_,
-)
-from surefetch.evaluation.recordings.recording import (
     Recording,
     RecordingTruth,
     exhaustive_path,
@@ -116,7 +113,7 @@ def _looks(
     return [looks[-1] for looks in walks.values()]
 
 
-def _sequences(recording: Recording, profile: str, cell: Cell) -> list[Sequence_]:
+def _sequences(recording: Recording, profile: str, cell: Cell) -> list[tuple[str, ...]]:
     """The sequences whose last looks count, each after its beginnings."""
     if profile == "paper":
         path = exhaustive_path(recording.covered, cell)

@@ -1,7 +1,6 @@
 """Sequences of information actions through recorded states, and the looks along them. Pure."""
 
 from collections.abc import Callable, Iterable
-from typing import Final
 
 from surefetch.belief.episode import EpisodeBelief
 from surefetch.common.cell import Cell
@@ -14,18 +13,15 @@ from surefetch.evaluation.recordings.recording import (
     state_after,
 )
 from surefetch.evaluation.recordings.walk import Look, look_of, update_after
+from surefetch.planner.profiles import PROFILES
 
 Believed = Callable[[EpisodeBelief, Update], tuple[EpisodeBelief, BeliefReply]]
 """One step of the belief, from one frozen belief to the next."""
 
 
-VIEWS_WHILE_COVERED: Final = {"paper": False, "extended": True}
-"""By profile, whether a view may be taken of a covered container."""
-
-
 def allowed_sequences(recording: Recording, profile: str, cell: Cell) -> list[Path]:
     """All that a profile admits on a scene, the longer after their beginnings."""
-    views_while_covered = VIEWS_WHILE_COVERED[profile]
+    views_while_covered = PROFILES[profile].views_while_covered
     return paths(recording.covered, cell, views_while_covered=views_while_covered)
 
 
