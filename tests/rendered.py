@@ -9,7 +9,7 @@ from surefetch.common.cell import simulated_cell
 from surefetch.common.geometry import Array, intrinsics
 from surefetch.common.messages import Scene, Target
 from surefetch.common.rgbd_folder import RgbdFrame
-from surefetch.executor.robot.views import camera_pose
+from surefetch.common.viewpoint import camera_pose
 from surefetch.executor.simulation.pybullet_world import PybulletWorld
 from surefetch.executor.simulation.sensor_noise import noisy_depth, noisy_rgb
 from surefetch.perception.classical import classical_backend

@@ -12,6 +12,7 @@ from tabletop import BLUE, RED, WHITE, body, box, move, scene
 from surefetch.common.cell import simulated_cell
 from surefetch.common.geometry import Array, intrinsics, inverse, project, rotation_angle, transform
 from surefetch.common.messages import AskTruth, FrameId, Marking, Scene
+from surefetch.common.viewpoint import camera_pose
 from surefetch.executor.ports import Camera
 from surefetch.executor.robot import kinematics, ur10e, views
 from surefetch.executor.simulation import scene_bodies
@@ -57,7 +58,7 @@ def drive_to(simulated: PybulletCell, view: str) -> None:
 
 
 def T_world_camera(view: str) -> Array:
-    return views.camera_pose(CELL, CELL.view(view))
+    return camera_pose(CELL, CELL.view(view))
 
 
 CAMERAS = {"pybullet": pybullet_camera}

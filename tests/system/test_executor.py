@@ -37,6 +37,7 @@ from surefetch.common.messages import (
     Verb,
 )
 from surefetch.common.topics import EXECUTOR, MOVED
+from surefetch.common.viewpoint import camera_pose
 from surefetch.executor.grasping.antipodal import AntipodalProposer
 from surefetch.executor.robot import ur10e, views
 from surefetch.executor.service import ExecutorService
@@ -94,7 +95,7 @@ def test_a_frame_says_where_it_was_taken_and_is_kept() -> None:
         assert b.do(Look(view="center")).status == "done"
         info = b.service.capture(Capture(episode="e", step=0))
         frame = b.service._frames.get(info.frame)
-        wanted = views.camera_pose(CELL, CELL.view("center"))
+        wanted = camera_pose(CELL, CELL.view("center"))
         joints = np.asarray(frame.q_rad)
     assert (info.view, info.frame.counter, info.frame.boot) == ("center", 1, b.bus.boot)
     assert info.T_world_camera == pytest.approx(

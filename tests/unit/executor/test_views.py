@@ -5,6 +5,7 @@ import pytest
 
 from surefetch.common.cell import View, simulated_cell
 from surefetch.common.geometry import Array, inverse, rigid, rotation_z, transform
+from surefetch.common.viewpoint import camera_pose
 from surefetch.executor.motion.collision import CollisionScene
 from surefetch.executor.motion.obstacles import Obstacles
 from surefetch.executor.motion.paths import Room
@@ -43,7 +44,7 @@ def test_a_held_object_60_mm_below_the_tips_is_not_in_the_image() -> None:
 
 @pytest.mark.parametrize("view", CELL.views, ids=lambda view: view.name)
 def test_the_image_is_upright_and_centred_on_the_look_at_point(view: View) -> None:
-    T = views.camera_pose(CELL, view)
+    T = camera_pose(CELL, view)
     seen = transform(inverse(T), np.asarray(CELL.look_at_m)[None])[0]
     assert seen == pytest.approx([0.0, 0.0, view.distance_m], abs=1e-12)
     assert T[2, 0] == pytest.approx(0.0, abs=1e-12)  # image rows are level
@@ -51,9 +52,9 @@ def test_the_image_is_upright_and_centred_on_the_look_at_point(view: View) -> No
 
 
 def test_azimuth_0_is_the_robots_side_and_positive_is_the_robots_right() -> None:
-    x, y, _ = views.camera_pose(CELL, CELL.view("center"))[:3, 3]
+    x, y, _ = camera_pose(CELL, CELL.view("center"))[:3, 3]
     assert x < CELL.look_at_m[0] and y == pytest.approx(0.0)
-    assert views.camera_pose(CELL, CELL.view("right"))[1, 3] < -0.3
+    assert camera_pose(CELL, CELL.view("right"))[1, 3] < -0.3
 
 
 @pytest.mark.parametrize("view", CELL.views, ids=lambda view: view.name)

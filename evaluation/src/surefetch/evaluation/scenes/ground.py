@@ -11,7 +11,7 @@ import numpy as np
 from surefetch.common.cell import Cell
 from surefetch.common.geometry import Array, intrinsics, inverse, project, transform
 from surefetch.common.messages import CameraSpec
-from surefetch.executor.robot import views
+from surefetch.common.viewpoint import camera_pose
 
 AREA_MIN_M = np.array([0.75, -0.30])
 AREA_MAX_M = np.array([1.15, 0.30])
@@ -106,7 +106,7 @@ class Views:
     def of(cls, cell: Cell, camera: CameraSpec) -> "Views":
         """The views of a cell, seen with this camera."""
         K = intrinsics(camera.width, camera.height, camera.vertical_fov_deg)
-        poses = {view.name: views.camera_pose(cell, view) for view in cell.views}
+        poses = {view.name: camera_pose(cell, view) for view in cell.views}
         return cls(poses, K, camera.width, camera.height)
 
     def eye_m(self, view: str) -> Array:

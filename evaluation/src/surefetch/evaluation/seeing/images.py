@@ -16,10 +16,10 @@ from surefetch.common.geometry import Array, intrinsics
 from surefetch.common.messages import Body, BodyTruth, Container, Scene, Target
 from surefetch.common.rgbd_folder import RgbdFrame
 from surefetch.common.streams import stream
+from surefetch.common.viewpoint import camera_pose
 from surefetch.evaluation.scenes import plan as scene_plan
 from surefetch.evaluation.scenes.candidate import plan_of
 from surefetch.evaluation.scenes.generate import GeneratedScene
-from surefetch.executor.robot import views
 from surefetch.executor.simulation import pose_errors, sensor_noise
 from surefetch.executor.simulation.pybullet_world import PybulletWorld
 
@@ -111,7 +111,7 @@ def _picture(
     target: int | None,
 ) -> Picture:
     scene, view = world.scene, camera.view
-    told = views.camera_pose(cell, view) @ pose_errors.arrival_error(
+    told = camera_pose(cell, view) @ pose_errors.arrival_error(
         scene.family, scene.seed, view.name, False
     )
     true = told @ pose_errors.hand_eye_error(scene.family, scene.seed)

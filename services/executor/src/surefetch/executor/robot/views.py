@@ -1,26 +1,14 @@
-"""From a row of the cell file to where the camera and the flange must be."""
+"""From a row of the cell file to where the flange must be, and back."""
 
 import numpy as np
 
 from surefetch.common.cell import Cell, View
-from surefetch.common.geometry import Array, inverse, look_at, rotation_angle
+from surefetch.common.geometry import Array, inverse, rotation_angle
+from surefetch.common.viewpoint import camera_pose
 from surefetch.executor.robot import ur10e
 
-UP = np.array([0.0, 0.0, 1.0])
 AT_VIEW_M = 0.02
 AT_VIEW_RAD = float(np.radians(2.0))
-
-
-def camera_pose(cell: Cell, view: View) -> Array:
-    """T_world_camera (4, 4): on the sphere about the look-at point, image-up towards world z.
-
-    Azimuth 0 is the robot's side of the look-at point, positive towards -y.
-    """
-    elevation, azimuth = np.radians(view.elevation_deg), np.radians(view.azimuth_deg)
-    level = np.cos(elevation)
-    towards = np.array([-level * np.cos(azimuth), -level * np.sin(azimuth), np.sin(elevation)])
-    center = np.asarray(cell.look_at_m)
-    return look_at(center + view.distance_m * towards, center, UP)
 
 
 def flange_pose(cell: Cell, view: View) -> Array:

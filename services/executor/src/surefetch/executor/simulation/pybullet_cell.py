@@ -10,6 +10,7 @@ from surefetch.common.geometry import Array, inverse
 from surefetch.common.messages import Lighting, Scene
 from surefetch.common.settings import GripModel
 from surefetch.common.streams import stream
+from surefetch.common.viewpoint import camera_pose
 from surefetch.executor.robot import ur10e, views
 from surefetch.executor.simulation import pose_errors, scene_bodies
 from surefetch.executor.simulation.pybullet_robot import SimulatedRobot
@@ -108,6 +109,6 @@ class PybulletCell:
         """T_world_flange (4, 4) at which the arm ends a move to this view, as things stand."""
         scene = self.world.scene
         error = pose_errors.arrival_error(scene.family, scene.seed, view, self.covered())
-        T_world_camera = views.camera_pose(self.cell, self.cell.view(view)) @ error
+        T_world_camera = camera_pose(self.cell, self.cell.view(view)) @ error
         pose: Array = T_world_camera @ inverse(self._mount)
         return pose
