@@ -11,11 +11,19 @@ import numpy as np
 
 from surefetch.common.cell import Cell, InformRow
 from surefetch.common.hypotheses import RELATIONS, Relation, tracked
-from surefetch.common.messages import AfterGrasp, BeliefReply, Choice, Feasibility, Target
+from surefetch.common.messages import (
+    AfterGrasp,
+    BeliefReply,
+    Choice,
+    Estimate,
+    Feasibility,
+    Target,
+)
 from surefetch.common.parameters import Parameters
 from surefetch.evaluation.recordings.free_space import FreeSpace, Grid, fused
 from surefetch.planner import actions
 from surefetch.planner.actions import State
+from surefetch.planner.estimate import NOTHING_SEEN
 from surefetch.planner.profiles import Profile
 from surefetch.planner.situation import Situation
 
@@ -57,6 +65,8 @@ class Observation:
     """The policy's own random numbers; nobody else draws from them."""
     looks: tuple[FreeSpace, ...] = ()
     """What each look so far told of the space over the table, in order."""
+    estimate: Estimate = NOTHING_SEEN
+    """Container, obstacles and tracks, as the executor is told of them."""
 
     @cached_property
     def free_space(self) -> Grid:

@@ -172,6 +172,7 @@ def _decide(
         n_actions=state.n_actions,
         rng=rng,
         looks=tuple(moment.free_space for moment in turn.moments),
+        estimate=state.estimate,
     )
     began_s = time.perf_counter()
     choice = policy.act(now)
