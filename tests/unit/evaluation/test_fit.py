@@ -60,9 +60,7 @@ def test_a_birth_is_a_success_when_the_target_is_among_the_new() -> None:
     assert counts.births == {False: 1, True: 1}
 
 
-def test_looks_without_new_tracks_count_and_a_target_taken_for_a_known_track_does_not() -> (
-    None
-):
+def test_looks_without_new_tracks_count_and_a_target_taken_for_a_known_track_does_not() -> None:
     first = look("center", {1: "mismatch"}, new=(1,))
     nothing = look("right", {1: "mismatch"}, y0={1: "mismatch"})
     taken_for_1 = look("right", {1: "MI"}, target_track=1)
