@@ -32,6 +32,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "episodes": ("running.study_episodes:main", "closed-loop episodes over the real processes"),
     "evaluate": ("replaying.command:main", "policies on recorded scenes, with intervals"),
     "audit": ("replaying.audit_command:main", "do recorded scenes go live as they go in replay?"),
+    "report": ("reporting.command:main", "all tables and figures, with the paper's numbers"),
     "perception": ("seeing.command:main", "the perception table"),
 }
 

@@ -12,7 +12,7 @@ import msgspec
 
 from surefetch.common import injections
 from surefetch.common.errors import BadInput
-from surefetch.common.parameters import PROFILES, profile_parameters
+from surefetch.common.parameters import PROFILES, Parameters, profile_parameters
 from surefetch.common.version import VERSION
 from surefetch.evaluation.recordings import recording_store
 from surefetch.evaluation.replaying import results
@@ -49,13 +49,18 @@ def made_with(campaign: Campaign) -> dict[str, Any]:
         "recordings": json.loads(recorded.read_text("utf-8")) if recorded.exists() else {},
         "scenes": {"n": len(scenes), "hash": _hash([repr(scenes).encode()])},
         "parameters": {
-            name: _hash([msgspec.json.encode(profile_parameters(name, campaign.parameters))])
+            name: parameters_hash(profile_parameters(name, campaign.parameters))
             for name in PROFILES
         },
         "outcomes": {"mode": campaign.conditions.mode, "draw": campaign.conditions.draw},
         "finish_live": campaign.finish_live,
         "injected": injections.told(campaign.conditions.injections),
     }
+
+
+def parameters_hash(parameters: Parameters) -> str:
+    """Of fitted numbers."""
+    return _hash([msgspec.json.encode(parameters)])
 
 
 def played_as(one: Contender, command: str) -> dict[str, Any]:

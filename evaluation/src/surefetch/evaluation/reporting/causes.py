@@ -2,11 +2,12 @@
 
 The rule, in this order. Aborted: infrastructure. A removal, view or right grasp that failed:
 execution. Wrong object: association, where the grasped track once was the target's; perception,
-where its last answer was that it fits and this is not true of the body; else emission, for the
-belief made too much of what was answered. Not fetched: association, where the target went from one
-track to another; perception, where it never had a track though a visited view showed it, or was
-answered not to fit; planning, where no visited view showed it, or it was given up with a view left;
-execution, where nothing but the target was left in Γ and the robot found no way; else emission.
+where its last answer was that it fits and this is not true of the body; planning, where the answer
+left it open and a view was left; else emission, for the belief made too much of what was answered.
+Not fetched: association, where the target went from one track to another; perception, where it
+never had a track though a visited view showed it, or was answered not to fit; planning, where no
+visited view showed it, or it was given up with a view left; execution, where nothing but the target
+was left in Γ and the robot found no way; else emission.
 """
 
 from collections.abc import Mapping
@@ -66,7 +67,10 @@ def _wrong(episode: EpisodeResult, known: Known) -> tuple[Cause, str]:
         return "perception", f"T{grasp.track} is {name}"
     if answered.startswith("M") and not _fits(answered, body):
         return "perception", f"T{grasp.track} is {name}, and was answered {answered}"
-    return "emission", f"T{grasp.track} is {name}, was answered {answered}, had b = {grasp.p:.3f}"
+    told = f"T{grasp.track} is {name}, was answered {answered}, had b = {grasp.p:.3f}"
+    if answered.startswith("U") and (left := _left(episode)):
+        return "planning", f"{told}; {left[0]} not seen"
+    return "emission", told
 
 
 def _not_fetched(episode: EpisodeResult, known: Known) -> tuple[Cause, str]:

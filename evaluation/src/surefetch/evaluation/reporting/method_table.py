@@ -90,15 +90,17 @@ def block(
     expected: Sequence[Key] = (),
 ) -> Table:
     """One block: the policies that were played, and those that were expected and were not."""
+    columns = COLUMNS if comparisons else COLUMNS[:-1]
     rows = []
     for key in dict.fromkeys(keys):
         episodes = study.played.get(key)
         if episodes is not None:
-            rows.append((names.of(key), *cells(episodes), _p(comparisons.get(key))))
+            row = (names.of(key), *cells(episodes), _p(comparisons.get(key)))
+            rows.append(row[: len(columns)])
         elif key in expected:
-            rows.append((names.of(key), *(NA,) * (len(COLUMNS) - 1)))
+            rows.append((names.of(key), *(NA,) * (len(columns) - 1)))
     notes = (NO_LLM,) if any("(no LLM)" in row[0] for row in rows) else ()
-    return Table(title, COLUMNS, tuple(rows), notes)
+    return Table(title, columns, tuple(rows), notes)
 
 
 def cells(episodes: Episodes) -> tuple[str, ...]:
@@ -115,7 +117,7 @@ def cells(episodes: Episodes) -> tuple[str, ...]:
         numbers.mean((e.n_actions for e in episodes), 2),
         numbers.mean((e.cost for e in episodes), 3),
         numbers.mean((e.realized_cost for e in episodes), 3),
-        numbers.mean((e.duration_s for e in episodes), 1),
+        numbers.mean((e.duration_s for e in episodes if e.steps), 1),
         f"{median} ({numbers.milliseconds(planning_s, numbers.p95)})" if planning_s else NA,
     )
 

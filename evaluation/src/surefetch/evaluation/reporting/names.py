@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from surefetch.evaluation.reporting.paper_numbers import ABLATIONS
 from surefetch.evaluation.reporting.plan import OURS, PAPER_METHOD, Key
 
 BELIEFS: Final = {"paper": "paper-method's belief and rules", "extended": "the belief of ours"}
@@ -28,6 +29,7 @@ NAMES: Final = {
     "random": "random",
     "truth-oracle": "truth oracle (upper bound)",
     "hindsight": "hindsight ceiling (upper bound)",
+    **{code: row.name for code, row in ABLATIONS.items()},
 }
 
 
@@ -41,5 +43,6 @@ def of(key: Key) -> str:
 def short(key: Key) -> str:
     """For legends."""
     name, profile = key
-    told = NAMES.get(name, name).replace(" (no LLM)", "").replace(" strong", "")
+    full = name.upper() if name in ABLATIONS else NAMES.get(name, name)
+    told = full.replace(" (no LLM)", "").replace(" strong", "").replace(" (upper bound)", "")
     return told if key in (OURS, PAPER_METHOD) else f"{told} @{profile}"
