@@ -143,7 +143,7 @@ def test_a_retold_episode_shows_what_was_seen_believed_and_done(folder: Path) ->
 def test_what_was_not_measured_is_not_there() -> None:
     inputs = _inputs(ours=GOOD)
     found = report.find(inputs)
-    page = report.page(inputs, found, (), "")
+    page = report.page(inputs, found, (), ("", ""))
     text = as_text(page, "figures")
     assert "<table" in as_page(page)
     row = next(line for line in text.splitlines() if line.startswith("| RoboEXP strong"))
@@ -158,7 +158,7 @@ def test_higher_is_said_only_where_the_test_says_it(n_paper: int) -> None:
     theirs = made_up_results.so_many(success=n_paper, false_defer=40 - n_paper)
     inputs = _inputs(ours=GOOD, **{"paper-method@paper": theirs})
     found = report.find(inputs)
-    said = as_text(report.page(inputs, found, (), ""), "figures").split("### What holds")[0]
+    said = as_text(report.page(inputs, found, (), ("", "")), "figures").split("### What holds")[0]
     one = found.groups["primary"][0]
     assert one.p_holm is not None
     significant = one.p_holm < 0.05
@@ -184,7 +184,7 @@ def test_the_classes_of_every_row_sum_to_its_episodes() -> None:
     study = _study({"ours": BAD})
     for cells in [method_table.cells(study.played[plan.OURS])]:
         assert [cell.split("/")[1] for cell in cells[:5]] == ["8"] * 5
-    table = report.page(_inputs(ours=BAD), report.find(_inputs(ours=BAD)), (), "")
+    table = report.page(_inputs(ours=BAD), report.find(_inputs(ours=BAD)), (), ("", ""))
     endings = next(
         t for part in table.parts for t in part.tables if t.title == "How episodes ended"
     )
@@ -194,7 +194,7 @@ def test_the_classes_of_every_row_sum_to_its_episodes() -> None:
 
 def test_no_number_of_the_paper_stands_in_a_column_of_ours() -> None:
     inputs = _inputs(ours=GOOD)
-    page = report.page(inputs, report.find(inputs), (), "")
+    page = report.page(inputs, report.find(inputs), (), ("", ""))
     tables = [table for part in page.parts for table in part.tables]
     paper = next(table for table in tables if table.title.startswith("Table II a"))
     assert [row[-2] for row in paper.rows] == ["28.0 %", "29.2 %", "48.0 %", "25.0 %", "76.0 %"]
@@ -239,6 +239,15 @@ def test_too_many_episodes_that_saw_nothing_stop_the_report() -> None:
     ]
     with pytest.raises(BadInput, match="first look"):
         checks.refuse_exclusions(Study(study.manifest, {plan.OURS: blind}, study.labels))
+
+
+def test_an_audit_is_told_with_every_difference() -> None:
+    row = {"policy": "ours", "live": "four processes", "family": "partial", "seed": 1}
+    row |= {"same_actions": True, "same_outcome": True, "same_beliefs": True, "apart": 0.0}
+    told = {"episodes": [row | {"why": ""}, row | {"same_actions": False, "why": "slipped"}]}
+    table = checks.audit_table(told)
+    assert table.rows[0][2:5] == ("1/2", "2/2", "2/2")
+    assert table.notes == ("ours, partial:1: slipped",)
 
 
 def test_policies_on_other_scenes_do_not_share_a_report() -> None:

@@ -89,8 +89,8 @@ def test_results_that_kept_to_the_plan_are_headline() -> None:
     [
         ([], {}, "no line for ours"),
         (["other code"], {}, "no line for ours"),
-        (["", "other parameters"], {}, "another parameters"),
-        (["", "other plan"], {}, "another plan"),
+        (["", "other parameters"], {}, "with other parameters"),
+        (["", "other plan"], {}, "under another plan"),
         ([""], {"plan": "f" * 64}, "not the plan"),
         ([""], {"plan": None}, "not the plan"),
         ([""], {"injected": ["view@1"]}, "injected"),

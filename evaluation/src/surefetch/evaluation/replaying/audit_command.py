@@ -17,7 +17,7 @@ from surefetch.common.parameters import PROFILES, profile_parameters
 from surefetch.common.policies import DEFAULT_PROFILE
 from surefetch.evaluation.recordings import recording_store
 from surefetch.evaluation.recordings.splits import FAMILIES
-from surefetch.evaluation.replaying import audit
+from surefetch.evaluation.replaying import audit, manifest
 from surefetch.evaluation.replaying.audit import SAME, Comparison, Course
 from surefetch.evaluation.replaying.audit_live import by_processes, has_processes, in_process
 from surefetch.evaluation.replaying.contenders import Contender, contender
@@ -25,6 +25,7 @@ from surefetch.evaluation.replaying.evaluate import Conditions, world_of
 from surefetch.evaluation.replaying.outcomes import Rates
 from surefetch.evaluation.replaying.scene import RecordedScene, ready
 from surefetch.evaluation.replaying.sitting import Sitting
+from surefetch.evaluation.reporting import ledger
 from surefetch.evaluation.running.cell import CellWanted, open_cell
 from surefetch.evaluation.running.live import Live
 
@@ -40,6 +41,7 @@ def main(argv: list[str]) -> int:
     console = Console(stderr=asked.json, highlight=False)
     numbers = {name: profile_parameters(name, None) for name in PROFILES}
     contenders = [contender(label, DEFAULT_PROFILE, numbers) for label in asked.policies.split(",")]
+    _log_opening(asked.recordings, contenders, f"surefetch study audit {' '.join(argv)}")
     scenes = list(_scenes(asked.recordings, asked.episodes))
     all_measured = all(scene.measured is not None for scene in scenes)
     conditions = Conditions("measured" if all_measured else "bernoulli", NEVER_FAIL)
@@ -52,6 +54,19 @@ def main(argv: list[str]) -> int:
     if asked.json:
         sys.stdout.write(json.dumps({"same": SAME, "episodes": rows}) + "\n")
     return 0
+
+
+def _log_opening(folder: Path, contenders: Sequence[Contender], command: str) -> None:
+    """Where the scenes are of the evaluation split."""
+    made = {
+        "parameters": {
+            one.profile.name: manifest.parameters_hash(one.parameters) for one in contenders
+        },
+        "outcomes": {"mode": "audit"},
+        "injected": "",
+    }
+    codes = {one.label: manifest.code_hash(one) for one in contenders}
+    ledger.note(folder, made, codes, command)
 
 
 def _scenes(folder: Path, of_each_family: int) -> Iterator[RecordedScene]:

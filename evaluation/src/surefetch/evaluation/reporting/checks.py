@@ -90,6 +90,29 @@ def ledger_table(openings: Sequence[Opening]) -> Table:
     return Table("Ledger: every opening of these recordings", columns, rows)
 
 
+def audit_table(told: Mapping[str, Any]) -> Table:
+    """Replay against live runs, from `study audit --json`; every difference with its reason."""
+    rows = []
+    for policy in dict.fromkeys(row["policy"] for row in told["episodes"]):
+        mine = [row for row in told["episodes"] if row["policy"] == policy]
+        same = (
+            f"{sum(row[what] for row in mine)}/{len(mine)}"
+            for what in ("same_actions", "same_outcome", "same_beliefs")
+        )
+        apart = f"{max(row['apart'] for row in mine):.1e}"
+        rows.append((policy, str(mine[0]["live"]), *same, apart))
+    notes = tuple(
+        f"{row['policy']}, {row['family']}:{row['seed']}: {row['why']}"
+        for row in told["episodes"]
+        if row["why"]
+    )
+    columns = (
+        "policy", "live by", "actions the same", "end the same", "beliefs the same",
+        "largest difference",
+    )  # fmt: skip
+    return Table("Replay against live runs", columns, tuple(rows), notes)
+
+
 def commands_table(study: Study) -> Table:
     """The command that played each policy."""
     rows = tuple(

@@ -42,13 +42,15 @@ def main(argv: list[str]) -> int:
         calibration=asked.calibration,
         perception=asked.perception,
         trials=asked.trials,
+        audit=asked.audit,
     )
     read = inputs.read(sources)
     found = report.find(read)
     folder = asked.out or asked.results / REPORT
     (folder / FIGURES).mkdir(parents=True, exist_ok=True)
     traces = list(_traces(read, asked.recordings, folder, asked.episode))
-    page = report.page(read, found, traces, commit())
+    command = f"surefetch study report {' '.join(argv)}"
+    page = report.page(read, found, traces, (command, commit()))
     links = _gallery(read, asked.recordings, folder)
     _write(page, links, folder, asked.markdown)
     told = report.summary(read, found) | {
@@ -57,7 +59,7 @@ def main(argv: list[str]) -> int:
         "at": datetime.now(UTC).isoformat(timespec="seconds"),
         "sources": {name: _plain(value) for name, value in vars(sources).items()},
         "results": {"hash": _hash(asked.results), **read.study.manifest.made_with},
-        "command": f"surefetch study report {' '.join(argv)}",
+        "command": command,
         "took_s": round(time.monotonic() - began_s, 1),
     }
     (folder / "manifest.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
@@ -195,6 +197,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--trials", type=Path, metavar="JSONL", help="episodes.jsonl of `study episodes`"
     )
+    parser.add_argument("--audit", type=Path, metavar="JSON", help="of `study audit --json`")
     parser.add_argument(
         "--episode", metavar="FAMILY:SEED", help="whose trace to show; default: by the rule"
     )

@@ -30,6 +30,7 @@ class Sources:
     calibration: Path | None = None
     perception: Path | None = None
     trials: Path | None = None
+    audit: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,7 @@ class Inputs:
     """Of calibration scenes, by profile."""
     perception: Mapping[str, Any] | None
     trials: Sequence[Mapping[str, Any]] | None
+    audit: Mapping[str, Any] | None = None
 
 
 def read(sources: Sources) -> Inputs:
@@ -68,6 +70,7 @@ def read(sources: Sources) -> Inputs:
         scores=_scores(known, sources.calibration),
         perception=None if sources.perception is None else _json(sources.perception),
         trials=None if sources.trials is None else _lines(sources.trials),
+        audit=None if sources.audit is None else _json(sources.audit),
     )
 
 

@@ -21,6 +21,7 @@ NAMES: Final = {
     "pouct": "POUCT strong",
     "pouct-lite": "POUCT lite",
     "exhaustive-look": "exhaustive look",
+    "exhaustive-look-if-inside": "exhaustive look, opening unless asked for outside",
     "cheapest-first": "gated cheapest-first",
     "best-fixed": "best fixed sequence",
     "greedy": "greedy MAP",

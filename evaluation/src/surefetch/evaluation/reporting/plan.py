@@ -7,7 +7,7 @@ with another one is called headline.
 from dataclasses import dataclass
 from typing import Final, Literal
 
-SHA256: Final = "2a89c460395a6160fec4647e16395fe0ac0f05261470369e3af51eac21592738"
+SHA256: Final = "6106d7e288f5d07a1bebae085e37dbe38e2064582bb87cdeb1177809c3fe2d72"
 """Of `docs/analysis-plan.md`."""
 
 DRAWS: Final = 10_000
@@ -17,6 +17,10 @@ MARGIN: Final = 0.02
 """A success rate lower by less than this is not worse."""
 FAMILY_MARGIN: Final = 0.03
 LEVEL: Final = 0.05
+LARGEST_PSI: Final = 0.10
+"""Of a primary pair on development, above which 600 scenes are too few, where it is close."""
+CLOSE: Final = 0.05
+"""Difference in success rates."""
 PER_FAMILY: Final = {"paper-size": 5, "headline": 120}
 STRONG: Final = ("roboexp", "dovsg", "introplan", "actpermoma", "tampura-like", "pouct")
 LITE: Final = ("roboexp-lite", "dovsg-lite", "introplan-lite", "actpermoma-lite", "pouct-lite")

@@ -79,20 +79,22 @@ def find(inputs: Inputs) -> Findings:
     )
 
 
-def page(inputs: Inputs, found: Findings, traces: Sequence[Picture], commit: str) -> Page:
+def page(
+    inputs: Inputs, found: Findings, traces: Sequence[Picture], made_by: tuple[str, str]
+) -> Page:
     """The report.
 
     Args:
         inputs: what it is made from.
         found: what `find` found in it.
         traces: pictures of single episodes.
-        commit: of the sources that report.
+        made_by: the command that reports, and the commit of its sources, which may be empty.
     """
     parts = [
         Part("What holds", _sentences(found), (claims.table(found.claims),)),
         Part("Table I: scenarios", tables=_scenarios(inputs)),
         Part("Table II: methods", tables=_methods(inputs, found)),
-        Part("Comparisons as declared", tables=_comparisons(found)),
+        Part("Comparisons as declared", _too_small(inputs, found), _comparisons(found)),
         Part("Table III: ablations", tables=_ablations(inputs, found)),
         Part("Table IV and injected failures", tables=_injected(inputs, found)),
         Part("Coverage, reliability, risk", (), *_calibration(inputs)),
@@ -105,7 +107,7 @@ def page(inputs: Inputs, found: Findings, traces: Sequence[Picture], commit: str
     ]
     return Page(
         title=f"surefetch: the paper's experiment, {found.size}",
-        lead=_lead(inputs, commit),
+        lead=_lead(inputs, *made_by),
         warnings=_warnings(found),
         parts=tuple(part for part in parts if part.sentences or part.tables or part.pictures),
     )
@@ -161,16 +163,17 @@ def _size(study: Study, *, headline: bool) -> str:
     return f"{len(study.scenes)} {split} episodes, not headline"
 
 
-def _lead(inputs: Inputs, commit: str) -> tuple[str, ...]:
+def _lead(inputs: Inputs, command: str, commit: str) -> tuple[str, ...]:
     made = inputs.study.manifest.made_with
+    seeds = [seed for _, seed in inputs.study.scenes]
     return (
         f"{len(inputs.study.played)} policies on {len(inputs.study.scenes)} recorded scenes, "
-        f"{inputs.study.per_family} or more of each family; outcomes {made.get('outcomes')}. Every "
-        "policy had the same scenes, images, tracks, feasibility and outcomes.",
+        f"{inputs.study.per_family} or more of each family, seeds {min(seeds)} to {max(seeds)}; "
+        f"outcomes of actions: {made.get('outcomes')}. Every policy had the same scenes, images, tracks, feasibility and outcomes.",
         "Numbers of the paper stand in columns of their own. Its scenes, simulator, perception and "
         "execution are not ours; nothing is pooled, and no test is made across them.",
         f"Analysis plan: docs/analysis-plan.md, SHA-256 {plan.SHA256}. Reported by "
-        f"{commit or NOWHERE}.",
+        f"{commit or NOWHERE}: `{command}`.",
     )
 
 
@@ -198,6 +201,17 @@ def _scenarios(inputs: Inputs) -> tuple[Table, ...]:
 def _methods(inputs: Inputs, found: Findings) -> tuple[Table, ...]:
     tests = {one.second: one for one in found.groups["primary"] if one.difference is not None}
     return tuple(method_table.blocks(inputs.study, found.paper_size, tests, found.size))
+
+
+def _too_small(inputs: Inputs, found: Findings) -> tuple[str, ...]:
+    """On development: whether the plan asks for more scenes than headline has."""
+    psi = [
+        one.difference.pairs.psi for one in found.groups["primary"] if one.difference is not None
+    ]
+    if inputs.study.split != "development" or not psi:
+        return ()
+    more = "so 1,000 scenes are taken" if max(psi) > plan.LARGEST_PSI else "so 600 scenes do"
+    return (f"The largest ψ of a primary pair on development is {max(psi):.3f}, {more}.",)
 
 
 def _comparisons(found: Findings) -> tuple[Table, ...]:
@@ -330,8 +344,10 @@ def _draws(inputs: Inputs) -> tuple[Table, ...]:
 
 
 def _provenance(inputs: Inputs) -> tuple[Table, ...]:
+    audit = () if inputs.audit is None else (checks.audit_table(inputs.audit),)
     return (
         checks.table(inputs.study),
+        *audit,
         checks.ledger_table(inputs.openings),
         checks.commands_table(inputs.study),
     )

@@ -106,14 +106,21 @@ def why_not_headline(one: Study, openings: Sequence[Opening]) -> list[str]:
         told = made.get("plan") or "no plan"
         reasons.append(f"the results follow {told[:12]}, not the plan {plan.SHA256[:12]}")
     reasons += _unlogged(one, openings)
-    for what, value in (("plan", plan.SHA256), ("parameters", made.get("parameters"))):
-        if others := sum(getattr(opening, what) != value for opening in openings):
-            reasons.append(f"the recordings were opened {others} times with another {what}")
+    if others := sum(opening.plan != plan.SHA256 for opening in openings):
+        reasons.append(f"the recordings were opened {others} times under another plan")
+    if others := sum(_differs(opening.parameters, made) for opening in openings):
+        reasons.append(f"the recordings were opened {others} times with other parameters")
     if aborted := sum(e.verdict == "aborted" for of in one.played.values() for e in of):
         reasons.append(f"{aborted} episodes left their recording or were cut short")
     if made.get("injected"):
         reasons.append("failures were injected")
     return reasons
+
+
+def _differs(parameters: Mapping[str, str], made: Mapping[str, Any]) -> bool:
+    """Whether some profile had other numbers then; an opening may tell of one profile alone."""
+    known = made.get("parameters", {})
+    return any(known.get(profile) != value for profile, value in parameters.items())
 
 
 def _unlogged(one: Study, openings: Sequence[Opening]) -> list[str]:
