@@ -39,6 +39,8 @@ def test_the_groups_of_the_plan_are_those_that_are_tested() -> None:
         f"| margin of not being worse | {100 * plan.MARGIN:.0f} points |",
         f"| margin in a single family | {100 * plan.FAMILY_MARGIN:.0f} points |",
         f"| level | {plan.LEVEL} |",
+        f"exceeds {plan.LARGEST_PSI:.2f} for a primary pair that is at most "
+        f"{100 * plan.CLOSE:.0f} points apart",
         f"the first {plan.PER_FAMILY['paper-size']} scenes of each family",
         f"{5 * plan.PER_FAMILY['headline']} scenes",
     ],

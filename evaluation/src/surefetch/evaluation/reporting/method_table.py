@@ -23,7 +23,8 @@ HEAD: Final[tuple[Key, ...]] = (OURS, PAPER_METHOD)
 LITE_KEYS: Final = (*HEAD, *((name, profile) for name in LITE for profile in ("paper",)))
 STRONG_KEYS: Final = (*HEAD, *((name, profile) for profile in PROFILES for name in STRONG))
 CONTROL_NAMES: Final = (
-    *plan.LOOKERS, "exhaustive-look-if-inside", "best-fixed", "greedy", "greedy-threshold", "always-defer", "random",
+    *plan.LOOKERS, "exhaustive-look-if-inside", "best-fixed", "greedy", "greedy-threshold",
+    "always-defer", "random",
 )  # fmt: skip
 BOUNDS: Final = ("truth-oracle", "hindsight")
 NO_LLM: Final = (
