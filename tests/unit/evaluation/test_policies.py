@@ -20,6 +20,7 @@ from surefetch.common.messages import (
     Track,
 )
 from surefetch.evaluation.policies import registry
+from surefetch.evaluation.policies.fixed_sequence import BestFixed, FixedSequence
 from surefetch.evaluation.policies.greedy import Greedy
 from surefetch.evaluation.policies.observation import Observation
 from surefetch.planner.actions import State
@@ -162,3 +163,25 @@ def test_a_policy_of_the_user_s_own_is_found() -> None:
 def test_an_unknown_policy_is_refused(name: str) -> None:
     with pytest.raises(BadInput, match=r"ours|installed"):
         registry.find(name)
+
+
+def test_without_opening_for_what_is_outside_the_cover_stays_on() -> None:
+    name = "exhaustive-look-if-inside"
+    assert chosen(name, observe(SURE, cover="covered")) == Inform(name="remove_cover")
+    asked = observe(SURE, cover="covered", asked="outside")
+    assert chosen("exhaustive-look", asked) == Inform(name="remove_cover")
+    assert chosen(name, asked) == Inform(name="right_covered")
+
+
+def test_a_fixed_sequence_goes_on_after_what_is_not_open_and_ends_greedily() -> None:
+    policy = FixedSequence(("right", "close_high"), 0.5)
+    assert policy.act(observe(RIVALS)) == Inform(name="right")
+    assert policy.act(observe(RIVALS, used=("right",))) == Inform(name="close_high")
+    assert policy.act(observe(RIVALS, used=VIEWS)) == Defer()
+    assert policy.act(observe(SURE, used=VIEWS)) == Grasp(track=1, relation="outside")
+
+
+def test_the_best_sequence_is_that_of_the_first_look() -> None:
+    policy = BestFixed(sequences={"covered, any asked": ("remove_cover",), "open, any asked": ()})
+    assert policy.act(observe(SURE, cover="covered")) == Inform(name="remove_cover")
+    assert policy.act(observe(SURE, used=("remove_cover",))) == Grasp(track=1, relation="outside")

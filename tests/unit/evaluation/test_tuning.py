@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from surefetch.common.errors import BadInput
 from surefetch.common.parameters import PROFILES
 from surefetch.evaluation.policies import registry, tuning
+from surefetch.evaluation.policies.greedy import Greedy
 from surefetch.evaluation.policies.tuning import Scalar, Trial
 
 TRIALS = st.lists(
@@ -69,3 +70,21 @@ def test_what_ships_is_the_best_of_its_own_ledger(name: str, profile: str) -> No
 def test_damaged_tuned_values_are_refused_by_name() -> None:
     with pytest.raises(BadInput, match=r"here\.json"):
         tuning.parse(b"{}", "here.json")
+
+
+@settings(deadline=None)
+@given(st.dictionaries(st.sampled_from(["tau", "min_gain"]), st.integers(0, 99).map(float)))
+def test_a_policy_with_values_is_read_as_it_was_written(values: dict[str, float]) -> None:
+    word = tuning.written("greedy", values) if values else "greedy"
+    assert tuning.read_name(word) == ("greedy", values)
+
+
+def test_a_policy_takes_the_values_of_its_name() -> None:
+    entry = registry.tuned("greedy-threshold[at_least=0.35]", "paper")
+    assert entry.make() == Greedy(0.35)
+
+
+@pytest.mark.parametrize("word", ["greedy-threshold[tau=1]", "greedy[at_least=1]", "greedy[x]"])
+def test_a_scalar_that_a_policy_does_not_have_is_refused(word: str) -> None:
+    with pytest.raises(BadInput, match=r"no scalar|are written"):
+        registry.tuned(word, "paper")

@@ -25,6 +25,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "fitting.commit_command:main",
         "how sure a grasp must be, by replay on development recordings",
     ),
+    "tune": ("tuning.command:main", "the numbers of policies, on development recordings"),
     "gates": (
         "fitting.gates_command:main",
         "is the scene generator hard enough? five controls tell",

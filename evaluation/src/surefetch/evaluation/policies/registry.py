@@ -14,6 +14,7 @@ from surefetch.evaluation.policies.always_defer import AlwaysDefer
 from surefetch.evaluation.policies.by_chance import ByChance
 from surefetch.evaluation.policies.cheapest_first import CheapestFirst
 from surefetch.evaluation.policies.exhaustive_look import ExhaustiveLook
+from surefetch.evaluation.policies.fixed_sequence import BestFixed
 from surefetch.evaluation.policies.greedy import Greedy
 from surefetch.evaluation.policies.observation import Policy
 from surefetch.evaluation.policies.planned import Planned
@@ -24,6 +25,8 @@ ORACLE: Final = "truth-oracle"
 """Knows the truth, and so is no policy: `replaying.oracle` plays it."""
 AT_LEAST: Final = 0.5
 """Belief from which the controls with a threshold grasp, where it was not tuned."""
+HELD_OUT: Final = "held_out"
+"""Argument of cross-fitted policies: scenes of which fold they must not have learned from."""
 TAU: Final = Scalar("at_least", THRESHOLDS)
 
 
@@ -36,6 +39,8 @@ class Entry:
     variant: str = FULL
     scalars: tuple[Scalar, ...] = ()
     """What is tuned on development scenes, for each belief apart."""
+    cross_fitted: bool = False
+    """It learned from development scenes, and can be made without a share of them: `held_out`."""
 
     def having(self, **arguments: object) -> "Entry":
         """The same, made with these."""
@@ -58,6 +63,10 @@ POLICIES: Final[dict[str, Entry]] = {
     "a7": _planned(no_defer=True),
     "a8": _planned(no_conformal=True, no_defer=True),
     "exhaustive-look": Entry(partial(ExhaustiveLook, at_least=AT_LEAST), scalars=(TAU,)),
+    "exhaustive-look-if-inside": Entry(
+        partial(ExhaustiveLook, at_least=AT_LEAST, opens_for_outside=False), scalars=(TAU,)
+    ),
+    "best-fixed": Entry(BestFixed, scalars=(TAU,)),
     "cheapest-first": Entry(CheapestFirst),
     "greedy": Entry(Greedy),
     "greedy-threshold": Entry(partial(Greedy, at_least=AT_LEAST), scalars=(TAU,)),
@@ -66,15 +75,28 @@ POLICIES: Final[dict[str, Entry]] = {
 }
 
 
-def tuned(name: str, profile: str) -> Entry:
+def tuned(word: str, profile: str) -> Entry:
     """The policy of this name, with what was tuned for the belief of this profile.
 
+    Args:
+        word: its name; may give scalars other values, ``NAME[SCALAR=VALUE;…]``.
+        profile: whose belief it plays with.
+
     Raises:
-        BadInput: there is none; lists those that there are.
+        BadInput: there is none, or it has no such scalar; lists those that there are.
     """
-    chosen = tuning.shipped(name, profile) if name in POLICIES else None
+    name, values = tuning.read_name(word)
     entry = find(name)
-    return entry if chosen is None else entry.having(**chosen.arguments)
+    known = {scalar.name for scalar in entry.scalars} | (
+        {HELD_OUT} if entry.cross_fitted else set()
+    )
+    if unknown := sorted(set(values) - known):
+        raise BadInput(
+            f'the policy "{name}" has no scalar "{unknown[0]}".\n'
+            f"  Scalars: {', '.join(sorted(known)) or 'none'}"
+        )
+    chosen = tuning.shipped(name, profile) if name in POLICIES else None
+    return entry.having(**({} if chosen is None else chosen.arguments) | values)
 
 
 def find(name: str) -> Entry:

@@ -18,6 +18,7 @@ from typing import Final
 import msgspec
 
 from surefetch.common.errors import BadInput
+from surefetch.common.parameters import Provenance
 
 MOST_SCALARS: Final = 2
 MOST_CONFIGURATIONS: Final = 50
@@ -55,16 +56,11 @@ class Trial(TunedValue, frozen=True):
 class TunedOn(TunedValue, frozen=True):
     """Where tuned values come from."""
 
-    split: str
-    n_episodes: int
-    seeds: str
-    """Half-open ranges, ``A:B``, of every family that was recorded."""
-    cell: str
-    backend: str
+    scenes: Provenance
     parameters: str
     """Hash of the fitted numbers that belief and policy had."""
     outcomes: str
-    """How the outcomes of actions were had."""
+    """Of actions: measured or drawn."""
     command: str
 
 
@@ -78,7 +74,9 @@ class Tuned(TunedValue, frozen=True):
     """The ledger: every configuration, in the order of the grid."""
     tuned_on: TunedOn
     sequences: dict[str, tuple[str, ...]] | None = None
-    """Of a policy that looks along fitted sequences: those."""
+    """Of a policy that looks along fitted sequences: those, by what they are for."""
+    sequence_successes: dict[str, dict[str, int]] | None = None
+    """The ledger of these at the chosen values: successes of every sequence that was tried."""
 
     @property
     def arguments(self) -> dict[str, object]:
@@ -103,6 +101,23 @@ def configurations(scalars: Sequence[Scalar]) -> list[dict[str, float]]:
     names = [scalar.name for scalar in scalars]
     values = itertools.product(*(scalar.grid for scalar in scalars))
     return [dict(zip(names, row, strict=True)) for row in values]
+
+
+def written(name: str, values: Mapping[str, float]) -> str:
+    """A policy with values of its scalars, in one word: ``NAME[SCALAR=VALUE;SCALAR=VALUE]``."""
+    return f"{name}[{';'.join(f'{key}={value:g}' for key, value in values.items())}]"
+
+
+def read_name(word: str) -> tuple[str, dict[str, float]]:
+    """The reverse of `written`; without brackets there are no values. Raises BadInput."""
+    name, opened, rest = word.partition("[")
+    if not opened:
+        return name, {}
+    try:
+        pairs = [pair.split("=") for pair in rest.removesuffix("]").split(";")]
+        return name, {key: float(value) for key, value in pairs}
+    except ValueError:
+        raise BadInput(f'"{word}": values of a policy are written NAME[SCALAR=VALUE;…].') from None
 
 
 def best(trials: Sequence[Trial]) -> Trial:

@@ -82,24 +82,25 @@ def _campaign(asked: argparse.Namespace) -> Campaign:
     injected = tuple(injections.parse(word) for word in asked.inject or ())
     return Campaign(
         recordings=asked.recordings,
-        policies=_names(asked.policies),
+        policies=names(asked.policies),
         profile=asked.profile,
         parameters=asked.parameters,
         finish_live=asked.finish_live,
         conditions=Conditions(
-            asked.outcomes or _best_mode(asked.recordings), RATES, asked.outcome_seed, injected
+            asked.outcomes or best_mode(asked.recordings), RATES, asked.outcome_seed, injected
         ),
     )
 
 
-def _best_mode(recordings: Path) -> Mode:
+def best_mode(recordings: Path) -> Mode:
     """Measured outcomes, where all scenes have them."""
     scenes = recording_store.scenes(recordings)
     all_measured = all(recording_store.is_measured(recordings, *scene) for scene in scenes)
     return "measured" if all_measured else "bernoulli"
 
 
-def _names(listed: str) -> tuple[str, ...]:
+def names(listed: str) -> tuple[str, ...]:
+    """Policies, listed with commas, each once. Raises BadInput where there are none."""
     names = [name.strip() for name in listed.split(",") if name.strip()]
     if not names:
         raise BadInput("--policies names none. Name some, with commas between: ours,paper-method")
@@ -136,7 +137,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="where every episode is kept; default: nowhere"
     )
-    parser.add_argument("--jobs", type=_jobs, default=1, metavar="N", help="processes")
+    parser.add_argument("--jobs", type=jobs, default=1, metavar="N", help="processes")
     parser.add_argument(
         "--outcomes",
         choices=MODES,
@@ -163,7 +164,8 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _jobs(word: str) -> int:
+def jobs(word: str) -> int:
+    """A number of processes, as argparse takes it."""
     if word.isascii() and word.isdigit() and 1 <= int(word) <= MOST_JOBS:
         return int(word)
     raise argparse.ArgumentTypeError(f"a whole number from 1 to {MOST_JOBS}")

@@ -10,7 +10,7 @@ from surefetch.common.messages import Target
 from surefetch.common.parameters import FULL, PROFILES, Parameters
 from surefetch.common.policies import OWN_PROFILE
 from surefetch.evaluation.fitting import variants
-from surefetch.evaluation.policies import registry
+from surefetch.evaluation.policies import registry, tuning
 from surefetch.evaluation.policies.registry import Entry
 from surefetch.planner import profiles
 from surefetch.planner.profiles import Policy, Profile
@@ -25,7 +25,7 @@ class Contender:
     """A policy with the profile and the numbers that it plays by."""
 
     label: str
-    """As it was asked for: ``NAME`` or ``NAME@PROFILE``."""
+    """As it was asked for: ``NAME`` or ``NAME@PROFILE``; NAME may carry values of its scalars."""
     name: str
     entry: Entry | None
     """None: the oracle."""
@@ -56,7 +56,8 @@ def contender(label: str, profile: str, parameters: Mapping[str, Parameters]) ->
         BadInput: there is no such policy or profile, the policy brings another profile, or its
             belief was not calibrated.
     """
-    name, at, wanted = label.partition(WITH)
+    word, at, wanted = label.partition(WITH)
+    name, _ = tuning.read_name(word)
     chosen = wanted if at else OWN_PROFILE.get(name, profile)
     if chosen not in PROFILES:
         raise BadInput(
@@ -70,5 +71,5 @@ def contender(label: str, profile: str, parameters: Mapping[str, Parameters]) ->
     numbers, rules = parameters[chosen], profiles.PROFILES[chosen]
     if name == registry.ORACLE:
         return Contender(label, name, None, rules, numbers, numbers.q_hat())
-    entry = registry.tuned(name, chosen)
+    entry = registry.tuned(word, chosen)
     return Contender(label, name, entry, rules, numbers, numbers.q_hat(entry.variant))
