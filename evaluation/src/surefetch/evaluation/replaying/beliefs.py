@@ -97,7 +97,7 @@ class Beliefs:
 
 
 def _hash(update: Update) -> str:
-    """Of everything that is delivered; the profile, which only names the numbers, is left out."""
-    same = msgspec.structs.replace(update, profile=ANY_PROFILE)
+    """Of everything that is delivered, but for what only names the numbers and counts the looks."""
+    same = msgspec.structs.replace(update, profile=ANY_PROFILE, step=0, obs_seq=0)
     encoded = codec.encode(same, max_bytes=UPDATE.max_request_bytes)
     return hashlib.blake2b(encoded, digest_size=8).hexdigest()
