@@ -10,17 +10,20 @@ import msgspec
 import numpy as np
 import pytest
 from recorded_table import numbers, record, save
-from scripted_table import Table, thing, thing_inside
+from scripted_table import CELL, Table, thing, thing_inside
 
+from surefetch.common.conformal import quantile
 from surefetch.common.errors import BadInput
 from surefetch.common.messages import Mask, Observations
-from surefetch.common.parameters import write_parameters
-from surefetch.evaluation.recordings import recording_store
+from surefetch.common.parameters import FULL, write_parameters
+from surefetch.evaluation.fitting import calibrate, calibrate_command
+from surefetch.evaluation.recordings import recording_store, splits
 from surefetch.evaluation.recordings.pictures import Picture, Pictures
 from surefetch.evaluation.recordings.recording import FORMAT, BodyMatch, Recording
 from surefetch.evaluation.replaying import command as evaluate
 from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.reporting import (
+    calibration_scores,
     causes,
     checks,
     claims,
@@ -317,6 +320,23 @@ def test_every_verdict_but_success_has_a_cause() -> None:
     for verdict in VERDICTS:
         found = causes.cause(made_up_results.episode(verdict), KNOWN)
         assert (found is None) == (verdict == "success")
+
+
+@pytest.mark.parametrize("profile", ["paper", "extended"])
+def test_scores_for_other_levels_give_the_calibrated_threshold_at_its_own(
+    profile: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(calibrate_command, "VARIANTS", (FULL,))
+    tables = [TABLES["visible"], TABLES["partial"], TABLES["ambiguous"], TABLES["absent"]]
+    n_scenes = calibrate.EPISODES[profile]
+    for n in range(n_scenes):
+        table, wanted = tables[n * n % 4]
+        save(tmp_path, *record(table, wanted=wanted, family=splits.FAMILIES[n % 5],
+                               seed=200_000 + n // 5))  # fmt: skip
+    found = calibration_scores.scores(numbers(profile), tmp_path, CELL)
+    known = calibrate_command.with_threshold(numbers(profile), tmp_path, CELL)
+    assert len(found) == n_scenes
+    assert quantile(found, calibrate_command.ALPHA) == known.q_hat()
 
 
 def test_tables_keep_what_would_break_them() -> None:
