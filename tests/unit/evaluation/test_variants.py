@@ -5,7 +5,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from recorded_table import numbers, record, save
-from scripted_table import CELL, Table, thing
+from scripted_table import CELL, Table, thing, thing_inside
 
 from surefetch.common.parameters import (
     FULL,
@@ -15,7 +15,7 @@ from surefetch.common.parameters import (
     shipped_parameters,
     write_parameters,
 )
-from surefetch.evaluation.fitting import calibrate_command
+from surefetch.evaluation.fitting import calibrate, calibrate_command
 from surefetch.evaluation.fitting.variants import (
     FACTORIZED,
     NO_MEMORY,
@@ -24,7 +24,7 @@ from surefetch.evaluation.fitting.variants import (
     fresh_variant,
     remembers,
 )
-from surefetch.evaluation.recordings.recording import exhaustive_path
+from surefetch.evaluation.recordings.recording import exhaustive_path, paths
 from surefetch.evaluation.recordings.walk import Look, walk
 
 TABLE = Table(
@@ -95,6 +95,36 @@ def test_every_variant_is_calibrated_on_its_own_belief(tmp_path: Path) -> None:
         worst = max(1.0 - look.reply.belief[look.truth] for look in looks)
         assert made[variant].threshold == worst
     assert len({made[variant].threshold for variant in VARIANTS}) == len(VARIANTS)
+
+
+def test_extended_is_calibrated_on_the_worst_look_of_any_sequence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(calibrate.EPISODES, "extended", 1)
+    numbers_of = msgspec.structs.replace(unlike_views(), profile="extended")
+    write_parameters(tmp_path / "extended.json", numbers_of)
+    covered = Table((*TABLE.things, thing_inside()), covered=True)
+    recording, truth = record(covered, wanted=2, seed=200_000)
+    save(tmp_path / "cal", recording, truth)
+    words = [str(tmp_path / "cal"), "--parameters", str(tmp_path), "--profile", "extended"]
+    assert calibrate_command.main(words) == 0
+    worst = {
+        path: max(
+            1.0 - look.reply.belief[look.truth]
+            for look in walk(
+                recording, truth, path, CELL, fresh_variant(numbers_of, FULL, 0.9),
+                profile="extended",
+            )
+        )
+        for path in paths(True, CELL, views_while_covered=True)
+    }  # fmt: skip
+    made = read_parameters(tmp_path / "extended.json").calibration()
+    assert made.scores is not None
+    assert made.scores.largest == max(worst.values())
+    assert ("right_covered", "remove_cover", "right") in worst
+    assert (
+        "all sequences" in read_parameters(tmp_path / "extended.json").calibration().provenance.note
+    )
 
 
 @pytest.mark.parametrize("profile", PROFILES)
