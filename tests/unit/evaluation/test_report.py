@@ -29,6 +29,7 @@ from surefetch.evaluation.reporting import (
     claims,
     command,
     comparisons,
+    findings,
     injected_table,
     method_table,
     plan,
@@ -145,7 +146,7 @@ def test_a_retold_episode_shows_what_was_seen_believed_and_done(folder: Path) ->
 
 def test_what_was_not_measured_is_not_there() -> None:
     inputs = _inputs(ours=GOOD)
-    found = report.find(inputs)
+    found = findings.find(inputs)
     page = report.page(inputs, found, (), ("", ""))
     text = as_text(page, "figures")
     assert "<table" in as_page(page)
@@ -160,7 +161,7 @@ def test_what_was_not_measured_is_not_there() -> None:
 def test_higher_is_said_only_where_the_test_says_it(n_paper: int) -> None:
     theirs = made_up_results.so_many(success=n_paper, false_defer=40 - n_paper)
     inputs = _inputs(ours=GOOD, **{"paper-method@paper": theirs})
-    found = report.find(inputs)
+    found = findings.find(inputs)
     said = as_text(report.page(inputs, found, (), ("", "")), "figures").split("### What holds")[0]
     one = found.groups["primary"][0]
     assert one.p_holm is not None
@@ -179,7 +180,7 @@ def test_lower_success_is_said_too() -> None:
 
 
 def test_claims_without_data_are_not_known() -> None:
-    found = report.find(_inputs(**{"a1@paper": made_up_results.so_many(success=1)}))
+    found = findings.find(_inputs(**{"a1@paper": made_up_results.so_many(success=1)}))
     assert {claim.holds for claim in found.claims} == {None}
 
 
@@ -187,7 +188,7 @@ def test_the_classes_of_every_row_sum_to_its_episodes() -> None:
     study = _study({"ours": BAD})
     for cells in [method_table.cells(study.played[plan.OURS])]:
         assert [cell.split("/")[1] for cell in cells[:5]] == ["8"] * 5
-    table = report.page(_inputs(ours=BAD), report.find(_inputs(ours=BAD)), (), ("", ""))
+    table = report.page(_inputs(ours=BAD), findings.find(_inputs(ours=BAD)), (), ("", ""))
     endings = next(
         t for part in table.parts for t in part.tables if t.title == "How episodes ended"
     )
@@ -197,7 +198,7 @@ def test_the_classes_of_every_row_sum_to_its_episodes() -> None:
 
 def test_no_number_of_the_paper_stands_in_a_column_of_ours() -> None:
     inputs = _inputs(ours=GOOD)
-    page = report.page(inputs, report.find(inputs), (), ("", ""))
+    page = report.page(inputs, findings.find(inputs), (), ("", ""))
     tables = [table for part in page.parts for table in part.tables]
     paper = next(table for table in tables if table.title.startswith("Table II a"))
     assert [row[-2] for row in paper.rows] == ["28.0 %", "29.2 %", "48.0 %", "25.0 %", "76.0 %"]

@@ -17,7 +17,7 @@ from surefetch.common.errors import BadInput
 from surefetch.common.version import VERSION
 from surefetch.evaluation.recordings import recording_store
 from surefetch.evaluation.replaying.results import EpisodeResult
-from surefetch.evaluation.reporting import causes, gallery, inputs, plan, report, retold
+from surefetch.evaluation.reporting import causes, findings, gallery, inputs, plan, report, retold
 from surefetch.evaluation.reporting.commit import commit
 from surefetch.evaluation.reporting.inputs import Inputs, Sources
 from surefetch.evaluation.reporting.page import Page, Picture, as_page, as_text, document
@@ -45,7 +45,7 @@ def main(argv: list[str]) -> int:
         audit=asked.audit,
     )
     read = inputs.read(sources)
-    found = report.find(read)
+    found = findings.find(read)
     folder = asked.out or asked.results / REPORT
     (folder / FIGURES).mkdir(parents=True, exist_ok=True)
     traces = list(_traces(read, asked.recordings, folder, asked.episode))
@@ -53,7 +53,7 @@ def main(argv: list[str]) -> int:
     page = report.page(read, found, traces, (command, commit()))
     links = _gallery(read, asked.recordings, folder)
     _write(page, links, folder, asked.markdown)
-    told = report.summary(read, found) | {
+    told = findings.summary(read, found) | {
         "commit": commit(),
         "surefetch": VERSION,
         "at": datetime.now(UTC).isoformat(timespec="seconds"),

@@ -1,82 +1,28 @@
 """Results to the whole report: sentences, tables and figures in order. Pure."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Final
-
-import numpy as np
+from collections.abc import Sequence
+from typing import Final
 
 from surefetch.evaluation.recordings.splits import FAMILIES
 from surefetch.evaluation.reporting import (
     ablation_table,
-    calibration_tables,
-    cause_table,
     checks,
     claims,
-    commitment,
     comparison_table,
-    coverage,
     ending_table,
-    figures,
     generator_table,
+    illustrated,
     injected_table,
     method_table,
     model_table,
     names,
-    pairs,
     perception_table,
     plan,
-    reliability,
-    study_results,
 )
-from surefetch.evaluation.reporting.claims import Claim
-from surefetch.evaluation.reporting.comparisons import Comparison, compare
-from surefetch.evaluation.reporting.coverage import Coverage
-from surefetch.evaluation.reporting.injected_table import Struck
+from surefetch.evaluation.reporting.findings import Findings
 from surefetch.evaluation.reporting.inputs import Inputs
 from surefetch.evaluation.reporting.page import Page, Part, Picture
-from surefetch.evaluation.reporting.plan import ABLATIONS, OURS, PAPER_METHOD, STRONG, Key
-from surefetch.evaluation.reporting.study_results import Study
 from surefetch.evaluation.reporting.table import Table
-from surefetch.evaluation.running.metrics import failure_classes
-
-DRAWN: Final[tuple[Key, ...]] = (
-    OURS, PAPER_METHOD, ("exhaustive-look", "extended"), *((name, "paper") for name in STRONG),
-)  # fmt: skip
-"""Whose curves of risk and coverage are drawn."""
-
-
-@dataclass(frozen=True, eq=False)
-class Findings:
-    """Everything computed once."""
-
-    size: str
-    not_headline: tuple[str, ...]
-    """Why the results may not be called headline; empty: they may."""
-    paper_size: Study
-    groups: Mapping[str, list[Comparison]]
-    struck: list[Struck]
-    coverages: Mapping[Key, Coverage]
-    claims: list[Claim]
-
-
-def find(inputs: Inputs) -> Findings:
-    """All tests and claims. Raises BadInput where too many episodes saw nothing."""
-    study = inputs.study
-    checks.refuse_exclusions(study)
-    reasons = study_results.why_not_headline(study, inputs.openings)
-    groups = {group.name: compare(study.played, group) for group in plan.GROUPS}
-    struck = injected_table.struck(inputs.injected, [study, *inputs.others])
-    coverages = calibration_tables.coverages(study, inputs.parameters)
-    return Findings(
-        size=_size(study, headline=not reasons),
-        not_headline=tuple(reasons),
-        paper_size=study.first(plan.PER_FAMILY["paper-size"]),
-        groups=groups,
-        struck=struck,
-        coverages=coverages,
-        claims=claims.claims(study, groups, coverages, struck),
-    )
 
 
 def page(
@@ -97,8 +43,8 @@ def page(
         Part("Comparisons as declared", _too_small(inputs, found), _comparisons(found)),
         Part("Table III: ablations", tables=_ablations(inputs, found)),
         Part("Table IV and injected failures", tables=_injected(inputs, found)),
-        Part("Coverage, reliability, risk", (), *_calibration(inputs)),
-        Part("Where it fails", (), *_failures(inputs)),
+        Part("Coverage, reliability, risk", (), *illustrated.calibration(inputs)),
+        Part("Where it fails", (), *illustrated.failures(inputs)),
         Part("Traces", (_TRACES,), (), tuple(traces)),
         Part("Perception, observation model, execution", tables=_models(inputs)),
         Part("Other draws of the outcomes", tables=_draws(inputs)),
@@ -119,48 +65,6 @@ _TRACES: Final = (
     "By rule: the first episode of the ambiguous family, by seed, in which ours took at least two "
     "views and succeeded; and the first failure of each family, where there is one."
 )
-
-
-def summary(inputs: Inputs, found: Findings) -> dict[str, Any]:
-    """Headline numbers, as programs read them."""
-    return {
-        "size": found.size,
-        "headline": not found.not_headline,
-        "why_not_headline": list(found.not_headline),
-        "plan": plan.SHA256,
-        "scenes": len(inputs.study.scenes),
-        "policies": {
-            "@".join(key): {
-                "successes": sum(e.verdict == "success" for e in of),
-                "episodes": len(of),
-                "wrong_objects": sum(e.verdict == "wrong_object" for e in of),
-                "mean_realized_cost": sum(e.realized_cost for e in of) / len(of),
-            }
-            for key, of in inputs.study.played.items()
-        },
-        "groups": {
-            name: [
-                {
-                    "against": "@".join(one.second),
-                    "p": one.p,
-                    "p_holm": one.p_holm,
-                    "holds": one.holds,
-                }
-                for one in group
-            ]
-            for name, group in found.groups.items()
-        },
-        "claims": [
-            {"claim": one.what, "holds": one.holds, "found": one.found} for one in found.claims
-        ],
-    }
-
-
-def _size(study: Study, *, headline: bool) -> str:
-    if headline:
-        return f"headline size, {len(study.scenes)} episodes"
-    split = study.split or "mixed"
-    return f"{len(study.scenes)} {split} episodes, not headline"
 
 
 def _lead(inputs: Inputs, command: str, commit: str) -> tuple[str, ...]:
@@ -239,89 +143,6 @@ def _injected(inputs: Inputs, found: Findings) -> tuple[Table, ...]:
         injected_table.physical(inputs.study, found.struck),
         injected_table.table(found.struck),
     )
-
-
-def _calibration(inputs: Inputs) -> tuple[tuple[Table, ...], tuple[Picture, ...]]:
-    study = inputs.study
-    drawn = [key for key in DRAWN if key in study.played]
-    tables = (
-        calibration_tables.coverage_table(study, inputs.parameters),
-        calibration_tables.reliability_table(study),
-        calibration_tables.commitment_table(study, drawn),
-    )
-    curves = {
-        names.short(k): (
-            commitment.curve(study.played[k]), commitment.operating_point(study.played[k])
-        )
-        for k in drawn
-    }  # fmt: skip
-    levels = _levels(inputs)
-    reliable = {
-        names.short(k): reliability.of(steps)
-        for k in (OURS, PAPER_METHOD)
-        if (steps := [s for e in study.played.get(k, ()) for s in e.steps if s.counted])
-    }
-    pictures = [
-        Picture("risk-coverage.svg", "Risk against coverage; dots: as played.",
-                figures.risk_coverage(curves)),
-        Picture("coverage.svg", "Coverage of Γ over whole episodes against 1 − α, Wilson bars; "
-                "band: 5–95 % of the true coverage over draws of the calibration scenes.",
-                figures.coverage(levels)),
-        Picture("reliability.svg", "Reliability of the belief: ten bins of equal count.",
-                figures.reliability(reliable)),
-    ]  # fmt: skip
-    return tables, tuple(pictures)
-
-
-def _levels(inputs: Inputs) -> dict[str, list[Coverage]]:
-    """Coverage at all levels where calibration scores are at hand, else at the one that ships."""
-    single = calibration_tables.coverages(inputs.study, inputs.parameters)
-    found: dict[str, list[Coverage]] = {}
-    for key in (OURS, PAPER_METHOD):
-        if key not in inputs.study.played:
-            continue
-        scores = inputs.scores.get(key[1])
-        if scores is not None:
-            found[names.short(key)] = coverage.at_all_levels(inputs.study.played[key], scores)
-        elif key in single:
-            found[names.short(key)] = [single[key]]
-    return found
-
-
-def _failures(inputs: Inputs) -> tuple[tuple[Table, ...], tuple[Picture, ...]]:
-    study = inputs.study
-    mains = [key for key in (OURS, PAPER_METHOD) if key in study.played]
-    tables: list[Table] = [ending_table.endings(study)]
-    counts = {
-        names.short(k): failure_classes([e.scored for e in of]) for k, of in study.played.items()
-    }
-    spent = {
-        names.short(key): (
-            sum(e.cost for e in of) / len(of), sum(e.verdict == "success" for e in of), len(of)
-        )
-        for key, of in study.played.items()
-    }  # fmt: skip
-    order = [key for key in study.played if key[0] not in ABLATIONS]
-    pictures = [
-        Picture("classes.svg", "How episodes ended.", figures.classes(counts)),
-        Picture("cost-success.svg", "Success against mean action cost.",
-                figures.cost_success(spent)),
-        Picture("psi.svg", "ψ, in per cent: scenes on which one of two methods succeeds.",
-                figures.discordances([names.short(k) for k in order], _psi(study, order))),
-    ]  # fmt: skip
-    if inputs.facts is not None and mains:
-        facts = inputs.facts
-        tables += [cause_table.cause_table(study, facts, key) for key in mains]
-        tables.append(cause_table.strata_table(study, facts, mains))
-        strata = {names.short(key): cause_table.by_occlusion(study, facts, key) for key in mains}
-        caption = "Success by occlusion of the target in the first look."
-        pictures.append(Picture("occlusion.svg", caption, figures.strata(strata)))
-    return tuple(tables), tuple(pictures)
-
-
-def _psi(study: Study, keys: Sequence[Key]) -> pairs.Floats:
-    won = np.array([[e.verdict == "success" for e in study.played[key]] for key in keys])
-    return np.asarray(np.mean(won[:, None, :] != won[None, :, :], axis=2), np.float64)
 
 
 def _models(inputs: Inputs) -> tuple[Table, ...]:
