@@ -29,7 +29,7 @@ from surefetch.common.messages import (
 from surefetch.common.parameters import write_parameters
 from surefetch.evaluation.policies.observation import Observation, Policy
 from surefetch.evaluation.policies.planned import Planned
-from surefetch.evaluation.policies.registry import ORACLE, POLICIES
+from surefetch.evaluation.policies.registry import HINDSIGHT, ORACLE, POLICIES
 from surefetch.evaluation.recordings.free_space import FREE, SHAPE, UNSEEN, FreeSpace
 from surefetch.evaluation.recordings.measured import Attempt, Measured
 from surefetch.evaluation.recordings.recording import (
@@ -583,3 +583,34 @@ def test_a_policy_with_a_profile_that_it_cannot_have_is_refused(label: str) -> N
 def test_recordings_of_another_perception_are_refused(folder: Path) -> None:
     with pytest.raises(BadInput, match="Fit new ones"):
         command.main(["--recordings", str(folder / "recordings"), "--policies", "ours"])
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("of", TABLES)
+def test_whatever_looking_and_grasping_comes_to_hindsight_comes_to(of: str, profile: str) -> None:
+    """Whichever thing is wanted, or none; outcomes are drawn, and a failed grasp is one for all."""
+    things = len(TABLES[of].things)
+    lookers = ["greedy", "exhaustive-look", "best-fixed", "always-defer"]
+    scenes = [
+        record(TABLES[of], wanted=wanted, seed=100_000 + 2 * n + k)
+        for k in range(2)
+        for n, wanted in enumerate((None, *range(things)))
+    ]
+    conditions = Conditions(rates=Rates(0.7, 0.7, 0.7))
+    played = evaluated(scenes, [*lookers, HINDSIGHT], conditions, profile)
+    for n, best in enumerate(played[HINDSIGHT]):
+        assert (best.policy, best.profile) == (HINDSIGHT, profile)
+        for name in lookers:
+            other = played[name][n]
+            if other.verdict == "success":
+                assert best.verdict == "success"
+                assert best.realized_cost <= other.realized_cost
+
+
+def test_hindsight_opens_only_where_opening_shows_the_target() -> None:
+    covered = TABLES["it is under the cover"]
+    scenes = [record(covered, wanted=w, seed=100_000 + n) for n, w in enumerate((0, None))]
+    under, absent = evaluated(scenes, [HINDSIGHT], NEVER_FAILS)[HINDSIGHT]
+    assert under.actions[0] == "remove_cover"
+    assert under.verdict == absent.verdict == "success"
+    assert absent.actions == ("defer",)

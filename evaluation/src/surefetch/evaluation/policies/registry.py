@@ -23,6 +23,10 @@ from surefetch.planner.problem import Options
 
 ORACLE: Final = "truth-oracle"
 """Knows the truth, and so is no policy: `replaying.oracle` plays it."""
+HINDSIGHT: Final = "hindsight"
+"""The best that looking could have come to: `replaying.hindsight` plays it."""
+BOUNDS: Final = (ORACLE, HINDSIGHT)
+"""Upper bounds, told by the truth."""
 AT_LEAST: Final = 0.5
 """Belief from which the controls with a threshold grasp, where it was not tuned."""
 HELD_OUT: Final = "held_out"
@@ -109,7 +113,7 @@ def find(name: str) -> Entry:
         return POLICIES[name]
     module, colon, wanted = name.partition(":")
     if not colon:
-        known = ", ".join([*POLICIES, ORACLE])
+        known = ", ".join([*POLICIES, *BOUNDS])
         raise BadInput(
             f'there is no policy "{name}".\n  Policies: {known},\n'
             "  or package.module:Class of your own."

@@ -109,7 +109,7 @@ def names(listed: str) -> tuple[str, ...]:
 
 def _parser() -> argparse.ArgumentParser:
     own = ", ".join(OWN_PROFILE)
-    known = ", ".join([*registry.POLICIES, registry.ORACLE])
+    known = ", ".join([*registry.POLICIES, *registry.BOUNDS])
     parser = argparse.ArgumentParser(
         prog="surefetch study evaluate",
         description="Replay policies on recorded scenes: successes by family with Wilson "

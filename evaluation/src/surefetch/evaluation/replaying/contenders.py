@@ -28,7 +28,7 @@ class Contender:
     """As it was asked for: ``NAME`` or ``NAME@PROFILE``; NAME may carry values of its scalars."""
     name: str
     entry: Entry | None
-    """None: the oracle."""
+    """None: an upper bound, which is no policy."""
     profile: Profile
     parameters: Parameters
     q_hat: float
@@ -69,7 +69,7 @@ def contender(label: str, profile: str, parameters: Mapping[str, Parameters]) ->
             f'with "{chosen}". Name it without {WITH}{chosen}.'
         )
     numbers, rules = parameters[chosen], profiles.PROFILES[chosen]
-    if name == registry.ORACLE:
+    if name in registry.BOUNDS:
         return Contender(label, name, None, rules, numbers, numbers.q_hat())
     entry = registry.tuned(word, chosen)
     return Contender(label, name, entry, rules, numbers, numbers.q_hat(entry.variant))

@@ -2,14 +2,17 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from surefetch.common.cell import Cell
 from surefetch.common.injections import Injector
 from surefetch.common.messages import Injection
 from surefetch.common.parameters import check_origin
+from surefetch.evaluation.policies import registry
 from surefetch.evaluation.replaying.beliefs import Beliefs
 from surefetch.evaluation.replaying.contenders import Contender
 from surefetch.evaluation.replaying.episode import OUT_OF_RECORDING, Played
+from surefetch.evaluation.replaying.hindsight import all_ways, best_way
 from surefetch.evaluation.replaying.oracle import play_oracle
 from surefetch.evaluation.replaying.outcomes import AsMeasured, Drawn, Mode, Outcomes, Rates
 from surefetch.evaluation.replaying.recorded_world import RecordedWorld
@@ -61,6 +64,11 @@ def evaluate(
     for one in contenders:
         check_origin(one.parameters, cell=scene.recording.cell, backend=scene.recording.backend)
         world = world_of(scene, conditions, remembers=one.remembers)
+        if one.entry is None and one.name == registry.HINDSIGHT:
+            again = partial(evaluate, scene, cell=cell, conditions=conditions)
+            ways = all_ways(one, covered=scene.recording.covered, cell=cell)
+            yield best_way(ways, again, partial(again, finish=finish))
+            continue
         if one.entry is None:
             yield play_oracle(one, scene, world, cell)
             continue

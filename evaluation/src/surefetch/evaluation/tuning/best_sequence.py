@@ -5,23 +5,15 @@ once deferring. Every threshold takes one of the two ends.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
-from typing import Final
+from dataclasses import dataclass
 
 from surefetch.common.cell import Cell
-from surefetch.evaluation.policies.fixed_sequence import FixedSequence, situation_of
-from surefetch.evaluation.policies.registry import Entry
+from surefetch.evaluation.policies.fixed_sequence import situation_of
 from surefetch.evaluation.policies.tuning import Trial
 from surefetch.evaluation.recordings.recording import Path, paths
 from surefetch.evaluation.replaying.contenders import Contender
 from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.tuning.tally import Tally
-
-GRASP: Final = 0.0
-"""A threshold under which the most probable is always grasped."""
-DEFER: Final = 2.0
-"""One under which nothing is."""
 
 
 @dataclass(frozen=True)
@@ -37,20 +29,10 @@ class Ends:
         return self.deferred if self.grasped.commit_p < at_least else self.grasped
 
 
-def sequence_contenders(one: Contender, *, covered: bool, cell: Cell) -> list[Contender]:
-    """This contender along every sequence that its rules admit, grasping and deferring."""
-    admitted = paths(covered, cell, views_while_covered=one.profile.views_while_covered)
-    return [
-        replace(one, entry=Entry(partial(FixedSequence, sequence, at_least)))
-        for sequence in admitted
-        for at_least in (GRASP, DEFER)
-    ]
-
-
 def ends_of(
     one: Contender, episodes: Sequence[EpisodeResult], *, covered: bool, cell: Cell
 ) -> list[Ends]:
-    """What came of `sequence_contenders`, by sequence."""
+    """What came of `hindsight.all_ways`, by sequence."""
     admitted = paths(covered, cell, views_while_covered=one.profile.views_while_covered)
     pairs = zip(episodes[::2], episodes[1::2], strict=True)
     return [Ends(path, *pair) for path, pair in zip(admitted, pairs, strict=True)]

@@ -13,9 +13,10 @@ from surefetch.evaluation.replaying import campaign
 from surefetch.evaluation.replaying.campaign import Campaign
 from surefetch.evaluation.replaying.contenders import WITH, Contender
 from surefetch.evaluation.replaying.evaluate import evaluate
+from surefetch.evaluation.replaying.hindsight import all_ways
 from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.replaying.scene import RecordedScene, ready
-from surefetch.evaluation.tuning.best_sequence import Ends, choose, ends_of, sequence_contenders
+from surefetch.evaluation.tuning.best_sequence import Ends, choose, ends_of
 from surefetch.evaluation.tuning.tally import Tally
 
 FOLDS: Final = 5
@@ -104,8 +105,8 @@ def tune_sequences(wanted: Campaign, one: Contender, on: TunedOn, watch: Watch) 
 
     def played(scene: RecordedScene) -> list[EpisodeResult]:
         covered = scene.recording.covered
-        contenders = sequence_contenders(one, covered=covered, cell=cell)
-        return list(evaluate(scene, contenders, cell, wanted.conditions))
+        ways = all_ways(one, covered=covered, cell=cell)
+        return list(evaluate(scene, ways, cell, wanted.conditions))
 
     for episodes in watch(map(played, _scenes(wanted))):
         covered = episodes[0].covered
