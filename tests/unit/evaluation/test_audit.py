@@ -82,6 +82,17 @@ def test_another_policy_is_another_course() -> None:
     assert "look 1: chosen: grasp" in found.why
 
 
+def test_beliefs_that_differ_are_named_where_the_actions_are_the_same() -> None:
+    course, _ = live(TABLES["one is clear"])
+    last = course.stops[-1]
+    belief = dict(last.belief)
+    belief["unobs"] += 1e-6
+    other = replace(course, stops=(*course.stops[:-1], replace(last, belief=belief)))
+    found = audit.compare(course, other)
+    assert (found.same_actions, found.same_outcome, found.same_beliefs) == (True, True, False)
+    assert "believed otherwise, by 1.0e-06" in found.why
+
+
 def test_where_nothing_could_be_compared_nothing_agrees() -> None:
     course, _ = live(TABLES["one is clear"])
     found = audit.compare(Course((), "aborted", "out_of_recording"), course)

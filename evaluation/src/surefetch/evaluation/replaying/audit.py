@@ -62,7 +62,7 @@ class Comparison:
     apart: float
     """The largest difference of two beliefs in one hypothesis after the same looks."""
     why: str
-    """The first thing that differs, in words; empty when actions and outcome agree."""
+    """The first thing that differs, in words; empty when everything agrees."""
 
     @property
     def same_beliefs(self) -> bool:
@@ -106,10 +106,11 @@ def compare(replay: Course, live: Course) -> Comparison:
     """What agrees; the first difference in the order in which one leads to the next."""
     same_actions = replay.actions == live.actions
     same_outcome = (replay.outcome, replay.reason) == (live.outcome, live.reason)
-    agree = same_actions and same_outcome
-    why = "" if agree else next(_differences(replay, live), f"only the end: {live.why}")
     gaps = list(_gaps(replay, live))
-    return Comparison(same_actions, same_outcome, len(gaps), max(gaps, default=0.0), why)
+    apart = max(gaps, default=0.0)
+    agree = same_actions and same_outcome and apart <= SAME
+    why = "" if agree else next(_differences(replay, live), f"only the end: {live.why}")
+    return Comparison(same_actions, same_outcome, len(gaps), apart, why)
 
 
 def _chosen(stop: Stop, choice: Choice | None, feasibility: Feasibility) -> Stop:
@@ -146,10 +147,14 @@ def _gaps(replay: Course, live: Course) -> Iterator[float]:
     for here, there in zip(replay.stops, live.stops, strict=False):
         if here.q != there.q:
             return
-        names = set(here.belief) | set(there.belief)
-        yield max(abs(here.belief.get(z, 0.0) - there.belief.get(z, 0.0)) for z in names)
+        yield _apart(here, there)
         if here.action != there.action:
             return
+
+
+def _apart(here: Stop, there: Stop) -> float:
+    names = set(here.belief) | set(there.belief)
+    return max(abs(here.belief.get(z, 0.0) - there.belief.get(z, 0.0)) for z in names)
 
 
 def _differences(replay: Course, live: Course) -> Iterator[str]:
@@ -159,6 +164,8 @@ def _differences(replay: Course, live: Course) -> Iterator[str]:
             yield f"{at} was {here.q} in replay, {there.q} live"
         if here.observations != there.observations:
             yield f"{at} was read as {_only(here, there)} in replay, {_only(there, here)} live"
+        elif _apart(here, there) > SAME:
+            yield f"{at} was believed otherwise, by {_apart(here, there):.1e}"
         if here.action == there.action:
             continue
         yield from _why_another(here, there, at)

@@ -132,9 +132,9 @@ def _row(one: Contender, scene: RecordedScene, replayed: Course, live: Course) -
 
 def _line(row: Row) -> str:
     where = f"{row['policy']} {row['family']}:{row['seed']}"
-    if not row["why"]:
-        return f"{where}: the same {len(row['run']) - 1} actions, beliefs {row['apart']:.1e} apart"
-    return f"{where}: {row['why']}"
+    same = f"the same {len(row['run']) - 1} actions" if row["same_actions"] else "other actions"
+    why = f": {row['why']}" if row["why"] else ""
+    return f"{where}: {same}, beliefs {row['apart']:.1e} apart{why}"
 
 
 def _table(rows: Sequence[Row]) -> Table:
