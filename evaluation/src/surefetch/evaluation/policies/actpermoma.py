@@ -23,8 +23,16 @@ from numpy.typing import NDArray
 from surefetch.common.cell import InformRow
 from surefetch.common.hypotheses import RELATIONS, UNOBS, Relation, tracked
 from surefetch.common.messages import Choice, Defer, Inform, Track
-from surefetch.evaluation.policies.matching import category, commit, grasp, grip_on, is_match
+from surefetch.evaluation.policies.matching import (
+    AT_LEAST,
+    category,
+    commit,
+    grasp,
+    grip_on,
+    is_match,
+)
 from surefetch.evaluation.policies.observation import Observation
+from surefetch.evaluation.policies.tuning import Scalar
 from surefetch.evaluation.policies.unseen import Outlook, views_taken
 from surefetch.evaluation.policies.voxels import N_VOXELS, Marks, Voxels
 from surefetch.evaluation.recordings.free_space import FILLED, SHAPE
@@ -37,6 +45,9 @@ COVERED_DEG: Final = 45.0
 """Azimuth that the views must span. Published value."""
 GAIN_WEIGHT: Final = 0.5
 """Published value."""
+
+
+SCALARS: Final = (AT_LEAST, Scalar("min_gain", (-0.15, -0.1, -0.05, 0.0, 0.02)))
 
 
 class ActPerMoMaLite:

@@ -5,8 +5,11 @@ from typing import Final
 from surefetch.common.hypotheses import RELATIONS, AskedRelation, Relation, tracked
 from surefetch.common.messages import Choice, Defer, Grasp, Track
 from surefetch.evaluation.policies.observation import Grip, Observation
+from surefetch.evaluation.policies.tuning import Scalar
 from surefetch.planner.actions import compatible_with
 
+AT_LEAST: Final = Scalar("at_least", (0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.7, 0.8, 0.9))
+"""τ, the least belief at which is grasped, where a second number is tuned with it."""
 UNREAD: Final = "UU"
 """Of a track that was never observed."""
 _RELATION: Final[dict[str, Relation]] = {"I": "inside", "O": "outside"}

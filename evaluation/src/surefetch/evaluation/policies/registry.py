@@ -9,15 +9,18 @@ from typing import Final
 from surefetch.common.errors import BadInput
 from surefetch.common.parameters import FULL
 from surefetch.evaluation.fitting.variants import FACTORIZED, NO_MEMORY, POOLED_VIEWS
-from surefetch.evaluation.policies import tuning
+from surefetch.evaluation.policies import actpermoma, roboexp, tuning
+from surefetch.evaluation.policies.actpermoma import ActPerMoMaLite, ActPerMoMaStrong
 from surefetch.evaluation.policies.always_defer import AlwaysDefer
 from surefetch.evaluation.policies.by_chance import ByChance
 from surefetch.evaluation.policies.cheapest_first import CheapestFirst
+from surefetch.evaluation.policies.dovsg import DovSgLite, DovSgStrong
 from surefetch.evaluation.policies.exhaustive_look import ExhaustiveLook
 from surefetch.evaluation.policies.fixed_sequence import BestFixed
 from surefetch.evaluation.policies.greedy import Greedy
 from surefetch.evaluation.policies.observation import Policy
 from surefetch.evaluation.policies.planned import Planned
+from surefetch.evaluation.policies.roboexp import RoboExpLite, RoboExpStrong
 from surefetch.evaluation.policies.tuning import THRESHOLDS, Scalar
 from surefetch.planner.problem import Options
 
@@ -66,6 +69,12 @@ POLICIES: Final[dict[str, Entry]] = {
     "a6": _planned(no_conformal=True),
     "a7": _planned(no_defer=True),
     "a8": _planned(no_conformal=True, no_defer=True),
+    "roboexp-lite": Entry(RoboExpLite),
+    "roboexp-strong": Entry(RoboExpStrong, scalars=roboexp.SCALARS),
+    "dovsg-lite": Entry(DovSgLite),
+    "dovsg-strong": Entry(DovSgStrong, scalars=(TAU,)),
+    "actpermoma-lite": Entry(ActPerMoMaLite),
+    "actpermoma-strong": Entry(ActPerMoMaStrong, scalars=actpermoma.SCALARS),
     "exhaustive-look": Entry(partial(ExhaustiveLook, at_least=AT_LEAST), scalars=(TAU,)),
     "exhaustive-look-if-inside": Entry(
         partial(ExhaustiveLook, at_least=AT_LEAST, opens_for_outside=False), scalars=(TAU,)

@@ -11,12 +11,14 @@ Robotic Manipulation (2024), and its public code.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
 from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.messages import Choice, Defer, Inform, Track
 from surefetch.evaluation.policies.matching import (
+    AT_LEAST,
     category,
     commit,
     grasp,
@@ -26,8 +28,11 @@ from surefetch.evaluation.policies.matching import (
     relation_of,
 )
 from surefetch.evaluation.policies.observation import Observation
+from surefetch.evaluation.policies.tuning import Scalar
 from surefetch.evaluation.policies.unseen import Outlook
 from surefetch.evaluation.policies.voxels import VOXEL_L, Marks
+
+SCALARS: Final = (AT_LEAST, Scalar("hidden_l", (0.02, 0.05, 0.1, 0.2, 1.0)))
 
 
 class RoboExpLite:
