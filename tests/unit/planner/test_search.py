@@ -64,6 +64,8 @@ def problems(draw: st.DrawFn, most_tracks: int = 3) -> Problem:
             no_conformal=draw(st.booleans()),
             no_defer=draw(st.booleans()),
         ),
+        commit_at_least=draw(st.sampled_from((0.0, 0.3, 0.8))),
+        p_appears=draw(st.sampled_from(({}, {row.name: float(rng.random()) for row in MORE_ROWS}))),
     )
 
 
@@ -76,14 +78,19 @@ def _looking(
     p: Problem, b: JointBelief, row: InformRow, state: State, used: frozenset[str], depth: int
 ) -> float:
     used = used | {row.name}
-    return row.cost + sum(
-        p_state * p_shown * _value(p, after, s, used, depth - 1)
-        for s, p_state in actions.transitions(row, state, p.p_remove)
-        for after, p_shown in _after(p, b, row)
-    )
+    value = row.cost
+    for s, p_state in actions.transitions(row, state, p.p_remove):
+        hidden = row.kind == "remove_cover" and s == "covered"
+        found = 0.0 if hidden else b.p_unobs * p.p_appears.get(row.name, 0.0)
+        missed = replace(b, p_unobs=b.p_unobs - found)
+        value += p_state * found * actions.grasp_cost(1.0, p.p_held, p.costs)
+        for after, p_shown in _after(p, missed, row):
+            value += p_state * p_shown * _value(p, after, s, used, depth - 1)
+    return value
 
 
 def _after(p: Problem, b: JointBelief, row: InformRow) -> Iterator[tuple[JointBelief, float]]:
+    """What one track may show; beliefs need not sum to 1, and the chances sum to what they do."""
     n = len(b.tracks)
     for i in range(n):
         E = p.future.likelihood(row, p.y0[i])
@@ -101,7 +108,8 @@ def _value(p: Problem, b: JointBelief, state: State, used: frozenset[str], depth
     ends = [
         actions.grasp_cost(c.p, p.p_held, p.costs)
         for c in actions.candidates(b, p.asked, state)
-        if p.options.no_conformal or actions.semantically_eligible(c, gamma, p.asked)
+        if p.options.no_conformal
+        or (actions.semantically_eligible(c, gamma, p.asked) and c.p >= p.commit_at_least)
     ]
     if (not informs or gamma == (ABS,)) and not p.options.no_defer:
         ends.append(actions.defer_cost(b.p_abs, p.costs))
@@ -149,6 +157,7 @@ def test_no_grasp_is_open_unless_the_set_holds_it_alone(problem: Problem) -> Non
         if q.action == "grasp":
             assert allowed == [f"{q.track}:{q.relation}"]
             assert q.track in problem.feasible
+            assert problem.belief.named()[f"{q.track}:{q.relation}"] >= problem.commit_at_least
             assert problem.state == "open" or q.relation != "inside"
 
 
@@ -183,3 +192,24 @@ def test_names_of_tracks_do_not_matter(problem: Problem) -> None:
     )
     values = [q.value for q in solve(problem).q_values]
     assert [q.value for q in solve(renamed).q_values] == values
+
+
+def test_what_may_appear_under_the_lid_makes_opening_it_worth_its_cost() -> None:
+    problem = Problem(
+        belief=JointBelief((), np.zeros((0, 2)), 0.6, 0.4),
+        y0=(),
+        state="covered",
+        used=frozenset(),
+        feasible=frozenset(),
+        asked="inside",
+        q_hat=0.9,
+        horizon=1,
+        rows=ROWS,
+        future=FutureModel(Emission({}), {}),
+        p_remove=0.8,
+        p_grasp=0.9,
+        p_appears={"remove_cover": 0.5},
+    )
+    found, missed = 0.6 * 0.5 * (0.008 + 0.5 * 0.1), 0.6 * 0.5 * 0.8
+    (opening,) = solve(problem).q_values
+    assert opening.value == pytest.approx(0.16 + 0.8 * (found + missed) + 0.2 * 0.6 * 0.8)

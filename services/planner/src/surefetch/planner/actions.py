@@ -102,15 +102,18 @@ def candidates(belief: JointBelief, asked: AskedRelation, state: State) -> Itera
 
 
 def semantically_eligible(
-    candidate: Candidate, gamma: tuple[str, ...], asked: AskedRelation
+    candidate: Candidate, gamma: tuple[str, ...], asked: AskedRelation, at_least: float = 0.0
 ) -> bool:
     """Whether the conformal set holds exactly one hypothesis that the instruction allows: this.
+
+    Beside that, its belief must be `at_least` so much; 0 is the paper's rule.
 
     Source: paper, text below eq:conformal-set.
     """
     named = [parse_tracked(z) for z in gamma]
     allowed = [tracked(*z) for z in named if z is not None and asked in ("any", z[1])]
-    return allowed == [tracked(candidate.track, candidate.relation)]
+    alone = allowed == [tracked(candidate.track, candidate.relation)]
+    return alone and candidate.p >= at_least
 
 
 def may_defer(gamma: tuple[str, ...], informs: tuple[InformRow, ...]) -> bool:

@@ -15,6 +15,7 @@ from surefetch.common.messages import (
     Inform,
     QValue,
 )
+from surefetch.common.parameters import Parameters
 from surefetch.planner import actions, because
 from surefetch.planner.actions import State
 from surefetch.planner.futures import FutureModel
@@ -67,7 +68,14 @@ def problem_of(errand: Errand, now: Situation) -> Problem:
         future=FutureModel(parameters.emission(), parameters.paired),
         p_remove=parameters.priors.p_remove,
         p_grasp=parameters.priors.p_grasp,
+        commit_at_least=parameters.commit_at_least,
+        p_appears={row.name: _p_appears(parameters, row) for row in errand.rows},
     )
+
+
+def _p_appears(parameters: Parameters, row: InformRow) -> float:
+    """Chance that an information action that succeeds shows a target that had no track."""
+    return parameters.p_appears(row.q, covered=row.kind == "view" and row.requires == "covered")
 
 
 def worth_asking(

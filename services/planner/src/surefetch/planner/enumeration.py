@@ -74,15 +74,21 @@ class Enumeration:
     def _looking_at_once(
         self, nodes: Nodes, row: InformRow, state: State, used: frozenset[str], depth: int
     ) -> Array:
-        following, chance = self._after(nodes, row)
         value = np.full(len(nodes), row.cost)
         for after, p in actions.transitions(row, state, self._problem.p_remove):
+            appearing = self._problem.appears(row, after)
+            following, chance = self._after(nodes, row, appearing)
             values = self._values(following, after, used, depth).reshape(chance.shape)
             value += p * (chance * values).sum(axis=1)
+            value += p * appearing * nodes.p_unobs * self._problem.found_cost
         return value
 
-    def _after(self, nodes: Nodes, row: InformRow) -> tuple[Nodes, Array]:
-        """The nodes after each outcome, node by node, and the chances (b, E) of the outcomes."""
+    def _after(self, nodes: Nodes, row: InformRow, appearing: float) -> tuple[Nodes, Array]:
+        """The nodes after each outcome, node by node, and the chances (b, E) of the outcomes.
+
+        With the chance `appearing` a target without a track gets one; those are other outcomes.
+        """
+        p_unobs = nodes.p_unobs * (1.0 - appearing)
         ratio, weight = self._outcomes_of(row).ratio, self._outcomes_of(row).weight
         n_tracks, n_symbols, _ = ratio.shape
         p = np.repeat(nodes.p_tracked[:, None], n_tracks * n_symbols, axis=1)
@@ -90,14 +96,14 @@ class Enumeration:
         each = np.arange(n_tracks)
         p[:, each, :, each, :] *= ratio[:, None]
         tracked = p.sum(axis=(3, 4))
-        total = tracked + (nodes.p_unobs + nodes.p_abs)[:, None, None]
+        total = tracked + (p_unobs + nodes.p_abs)[:, None, None]
         p /= total[..., None, None]
         if self._problem.options.factorized:
             p = factorized(p)
         chance = (total * weight).reshape(len(nodes), -1)
         following = Nodes(
             p.reshape(chance.size, n_tracks, -1),
-            (nodes.p_unobs[:, None, None] / total).reshape(-1),
+            (p_unobs[:, None, None] / total).reshape(-1),
             (nodes.p_abs[:, None, None] / total).reshape(-1),
         )
         return following, chance
@@ -123,7 +129,7 @@ class Enumeration:
         if not problem.options.no_conformal:
             compatible = np.array(actions.compatible_with(problem.asked))
             alone = (self._in_set(nodes.p_tracked) & compatible).sum(axis=(1, 2)) == 1
-            open_ &= self._in_set(p_grasp) & alone[:, None]
+            open_ &= self._in_set(p_grasp) & alone[:, None] & (p_grasp >= problem.commit_at_least)
         cost = actions.grasp_cost(p_grasp, problem.p_held, problem.costs)
         best: Array = np.where(open_, cost, np.inf).min(axis=1)
         return best

@@ -1,5 +1,6 @@
 """A decision to take, as one value, and the decision taken."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -7,7 +8,7 @@ from surefetch.common.cell import InformRow
 from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.joint_belief import JointBelief
 from surefetch.common.messages import QValue
-from surefetch.planner.actions import Costs, State
+from surefetch.planner.actions import Costs, State, grasp_cost
 from surefetch.planner.futures import FutureModel
 
 MAX_HORIZON: Final = 3
@@ -50,6 +51,12 @@ class Problem:
     p_grasp: float
     costs: Costs = field(default_factory=Costs)
     options: Options = field(default_factory=Options)
+    commit_at_least: float = 0.0
+    """Least belief in a hypothesis at which its object may be grasped, beside what the conformal
+    set allows."""
+    p_appears: Mapping[str, float] = field(default_factory=dict)
+    """By information action: chance that it gives a target without a track its first one, where
+    it does what it is to do; 0 for those that are missing."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.horizon <= MAX_HORIZON:
@@ -63,6 +70,16 @@ class Problem:
     def p_held(self) -> float:
         """The chance, as the costs see it, that grasping the right track succeeds."""
         return 1.0 if self.options.no_risk else self.p_grasp
+
+    @property
+    def found_cost(self) -> float:
+        """Cost of all that follows once the target has appeared: it is grasped for sure."""
+        return grasp_cost(1.0, self.p_held, self.costs)
+
+    def appears(self, row: InformRow, after: State) -> float:
+        """Chance that a target without a track gets one; a cover that stays on shows nothing."""
+        stays = row.kind == "remove_cover" and after == "covered"
+        return 0.0 if stays else self.p_appears.get(row.name, 0.0)
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,8 @@ class Stakes:
     share: float
     """1 - q̂: the share of the total mass that a hypothesis in the conformal set has at least"""
     conformal: bool
+    least: float
+    """Least share of the total mass at which a hypothesis may be grasped."""
     compatible: tuple[bool, ...]
     """For each relation, whether the instruction allows it."""
     graspable: tuple[bool, ...]
@@ -51,6 +53,11 @@ class Stakes:
         if self.share > 0.0:
             return mass / self.share
         return np.where(mass >= 0.0, np.inf, NONE)
+
+    def open_up_to(self, mass: Array) -> Array:
+        """Total mass up to which a hypothesis of this mass may be grasped."""
+        upper = self.in_set_up_to(mass)
+        return np.minimum(upper, mass / self.least) if self.least > 0.0 else upper
 
     def gains_up_to(self, mass: Array) -> Array:
         """Total mass up to which grasping this mass beats the resort."""
@@ -270,7 +277,7 @@ class Table:
 def table(mass: Array, standing: Standing, stakes: Stakes) -> Table:
     """Thresholds for one more track to join."""
     s = standing
-    upper = stakes.in_set_up_to(s.first)
+    upper = stakes.open_up_to(s.first)
     if stakes.optional:
         upper = np.minimum(upper, stakes.gains_up_to(s.first))
     upper = upper - mass
@@ -366,7 +373,7 @@ def _last_wins(rest: Table, last: Entry, stakes: Stakes) -> Bools:
 
 def _last_up_to(last: Entry, stakes: Stakes) -> Array:
     """Total mass before the last track's change up to which its hypothesis may win."""
-    upper = stakes.in_set_up_to(last.first)
+    upper = stakes.open_up_to(last.first)
     if stakes.optional:
         upper = np.minimum(upper, stakes.gains_up_to(last.first))
     bound: Array = np.where(last.grasp == last.first, upper, NONE) - last.delta

@@ -4,11 +4,13 @@ Source: paper, eq:bellman-recursion.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 from surefetch.common.cell import InformRow
 from surefetch.common.conformal import conformal_set
 from surefetch.common.hypotheses import OBSERVATIONS
+from surefetch.common.joint_belief import JointBelief, normalised
 from surefetch.common.messages import QValue
 from surefetch.planner import actions, enumeration, tensors
 from surefetch.planner.actions import Candidate, State
@@ -26,7 +28,7 @@ def solve(problem: Problem) -> Solution:
     gamma = conformal_set(problem.belief.named(), problem.q_hat)
     informs = _informs(problem, problem.state, problem.used, problem.horizon)
     terminal = _terminal(problem, gamma, problem.state, informs, at_root=True)
-    lookahead = _lookahead(problem, gamma) if informs else None
+    lookahead = _lookahead(problem) if informs else None
     looking = [QValue(action=row.name, value=lookahead(row)) for row in informs if lookahead]
     q_values = (*terminal, *looking)
     lowest = min((q.value for q in q_values), default=problem.costs.stalled)
@@ -48,12 +50,13 @@ def count_nodes(problem: Problem) -> int:
     return below(problem.state, problem.used, problem.horizon)
 
 
-def _lookahead(problem: Problem, gamma: tuple[str, ...]) -> Lookahead:
+def _lookahead(problem: Problem) -> Lookahead:
     """The cheapest exact way to look ahead in this problem."""
-    if problem.options.hypothesis_independent_future or not problem.belief.tracks:
-        return lambda row: _value_of_looking(
-            problem, gamma, row, problem.state, problem.used, problem.horizon
-        )
+    if problem.options.hypothesis_independent_future:
+        constant = replace(problem, p_appears={})
+        return lambda row: _value_of_looking(constant, row)
+    if not problem.belief.tracks:
+        return lambda row: _value_of_looking(problem, row)
     if problem.options.factorized:
         return enumeration.Enumeration(problem).q
     return tensors.Lookahead(problem).q
@@ -79,7 +82,7 @@ def _terminal(
     def may_grasp(candidate: Candidate) -> bool:
         reachable = not at_root or candidate.track in problem.feasible
         sure = options.no_conformal or actions.semantically_eligible(
-            candidate, gamma, problem.asked
+            candidate, gamma, problem.asked, problem.commit_at_least
         )
         return reachable and sure
 
@@ -100,23 +103,32 @@ def _terminal(
     return q_values
 
 
-def _value_of_looking(
-    problem: Problem,
-    gamma: tuple[str, ...],
-    row: InformRow,
-    state: State,
-    used: frozenset[str],
-    depth: int,
-) -> float:
-    """Q of an information action while the belief stays as it is at the root."""
-    used = used | {row.name}
+def _value_of_looking(problem: Problem, row: InformRow) -> float:
+    """Q of an information action where no look says anything of the tracks."""
     value = row.cost
-    for after, p in actions.transitions(row, state, problem.p_remove):
-        informs = _informs(problem, after, used, depth - 1)
-        ends = [q.value for q in _terminal(problem, gamma, after, informs, at_root=False)]
-        looks = [
-            _value_of_looking(problem, gamma, following, after, used, depth - 1)
-            for following in informs
-        ]
-        value += p * min([*ends, *looks], default=problem.costs.stalled)
+    for after, p in actions.transitions(row, problem.state, problem.p_remove):
+        p_found = problem.belief.p_unobs * problem.appears(row, after)
+        following = replace(
+            problem,
+            state=after,
+            used=problem.used | {row.name},
+            horizon=problem.horizon - 1,
+            belief=_without(problem.belief, p_found),
+        )
+        value += p * (p_found * problem.found_cost + (1.0 - p_found) * _value(following))
     return value
+
+
+def _value(problem: Problem) -> float:
+    gamma = conformal_set(problem.belief.named(), problem.q_hat)
+    informs = _informs(problem, problem.state, problem.used, problem.horizon)
+    ends = _terminal(problem, gamma, problem.state, informs, at_root=False)
+    looks = [_value_of_looking(problem, row) for row in informs]
+    return min([*(q.value for q in ends), *looks], default=problem.costs.stalled)
+
+
+def _without(belief: JointBelief, p_found: float) -> JointBelief:
+    """The belief where the target has not appeared, though it had this chance to."""
+    if p_found == 0.0:
+        return belief
+    return normalised(replace(belief, p_unobs=belief.p_unobs - p_found))

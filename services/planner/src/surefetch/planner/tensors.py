@@ -5,6 +5,9 @@ outcome each, and the values of one set form an `OutcomeGrid`. Beliefs are unnor
 (`futures.Outcomes`), so looking ahead is a weighted sum over the axes of one action. What
 abstaining costs is linear in the belief and sums in closed form; only what a grasp saves against it
 is summed outcome by outcome.
+
+A target without a track may get one by a look. What follows then has one cost, so that only the
+mass of those that stay unseen goes on; it is the same at all nodes of a set.
 """
 
 from collections.abc import Iterator
@@ -15,7 +18,7 @@ import numpy as np
 from surefetch.common.cell import InformRow
 from surefetch.planner import actions
 from surefetch.planner.actions import State
-from surefetch.planner.futures import Array, outcomes
+from surefetch.planner.futures import Array, Outcomes, outcomes
 from surefetch.planner.outcome_grid import OutcomeGrid
 from surefetch.planner.problem import Problem
 from surefetch.planner.rivals import NONE, Stakes
@@ -34,7 +37,7 @@ class Lookahead:
         self._problem = problem
         belief = problem.belief
         self._masses = belief.p_tracked
-        self._total = float(self._masses.sum() + belief.p_unobs + belief.p_abs)
+        self._rows = {row.name: row for row in problem.rows}
         # Where a removal comes before every view, its axis is first and is never summed over.
         self._order = sorted(problem.rows, key=lambda row: row.kind == "view")
         self._outcomes = {
@@ -63,6 +66,8 @@ class Lookahead:
         following = self._with(taken, row)
         value = row.cost * self._grid(taken, state).mass()
         for after, p in actions.transitions(row, state, self._problem.p_remove):
+            appearing = self._unseen(taken, state) * self._problem.appears(row, after)
+            value = value + p * appearing * self._problem.found_cost
             value = value + p * self._expected(following, row.name, after)
         return value
 
@@ -72,14 +77,16 @@ class Lookahead:
             return _summed(self._value(taken, state), taken.index(name), self._weight(name))
         stakes = self._stakes(taken, state)
         others = tuple(other for other in taken if other != name)
-        abstaining = stakes.resort * self._grid(others, state).mass() - stakes.floor
+        left = OutcomeGrid(self._masses, self._left(taken, state), self._shown(others), stakes)
+        abstaining = stakes.resort * left.mass() - stakes.floor
         return abstaining - self._saved(taken, state)[name]
 
     def _value(self, taken: Taken, state: State) -> Array:
         """The lowest cost at every node of a set from which looking may go on."""
         if (taken, state) not in self._values:
             grid = self._grid(taken, state)
-            value = np.minimum(-grid.gains(missing=NONE), self._surely_absent(grid))
+            absent = self._surely_absent(grid, self._unseen(taken, state))
+            value = np.minimum(-grid.gains(missing=NONE), absent)
             for row in self._informs(taken, state):
                 value = np.minimum(value, self._looking(taken, row, state))
             self._values[taken, state] = value
@@ -109,13 +116,13 @@ class Lookahead:
         for start in range(0, n_tracks, size):
             yield slice(start, start + size)
 
-    def _surely_absent(self, grid: OutcomeGrid) -> Array:
+    def _surely_absent(self, grid: OutcomeGrid, p_unobs: float) -> Array:
         """Cost of abstaining where the conformal set is {abs}, which is when it is admissible."""
         problem, belief = self._problem, self._problem.belief
         mass = grid.mass()
         if problem.options.no_defer:
             return np.full_like(mass, np.inf)
-        others = np.maximum(grid.heaviest(), belief.p_unobs)
+        others = np.maximum(grid.heaviest(), p_unobs)
         alone = (1.0 - belief.p_abs / mass <= problem.q_hat) & (1.0 - others / mass > problem.q_hat)
         costs = problem.costs
         return np.where(alone, costs.defer * (mass - belief.p_abs), np.inf)
@@ -129,6 +136,7 @@ class Lookahead:
         return Stakes(
             share=1.0 - problem.q_hat,
             conformal=not problem.options.no_conformal,
+            least=problem.commit_at_least,
             compatible=actions.compatible_with(problem.asked),
             graspable=actions.graspable(problem.asked, state),
             kappa=1.0 - costs.failed_grasp * (1.0 - problem.p_held),
@@ -139,8 +147,23 @@ class Lookahead:
         )
 
     def _grid(self, taken: Taken, state: State, first: slice = slice(None)) -> OutcomeGrid:
-        shown = [self._outcomes[name] for name in taken]
-        return OutcomeGrid(self._masses, self._total, shown, self._stakes(taken, state), first)
+        total, stakes = self._left(taken, state), self._stakes(taken, state)
+        return OutcomeGrid(self._masses, total, self._shown(taken), stakes, first)
+
+    def _shown(self, taken: Taken) -> list[Outcomes]:
+        return [self._outcomes[name] for name in taken]
+
+    def _unseen(self, taken: Taken, state: State) -> float:
+        """Mass of a target that has not appeared by any of these actions."""
+        mass = self._problem.belief.p_unobs
+        for name in taken:
+            mass *= 1.0 - self._problem.appears(self._rows[name], state)
+        return mass
+
+    def _left(self, taken: Taken, state: State) -> float:
+        """Mass before any outcome, where the target has not appeared by these actions."""
+        unseen = self._unseen(taken, state)
+        return float(self._masses.sum() + unseen + self._problem.belief.p_abs)
 
     def _informs(self, taken: Taken, state: State) -> tuple[InformRow, ...]:
         if len(taken) >= self._problem.horizon:
