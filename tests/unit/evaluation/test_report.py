@@ -154,6 +154,7 @@ def test_what_was_not_measured_is_not_there() -> None:
     assert set(row.split("|")[2:-1]) == {f" {NA} "}
     perception = text.split("### Perception")[1].split("###")[0]
     assert "97.4 % | n/a" in perception
+    assert "no mixed pixels at edges" in perception
     assert "not known" in text
 
 
