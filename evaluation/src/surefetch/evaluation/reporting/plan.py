@@ -7,7 +7,7 @@ with another one is called headline.
 from dataclasses import dataclass
 from typing import Final, Literal
 
-SHA256: Final = "6106d7e288f5d07a1bebae085e37dbe38e2064582bb87cdeb1177809c3fe2d72"
+SHA256: Final = "70d7e89c7288af3bd5bad54c844de977d1ee564d47901009730276f402fb8939"
 """Of `docs/analysis-plan.md`."""
 
 DRAWS: Final = 10_000
@@ -22,7 +22,14 @@ LARGEST_PSI: Final = 0.10
 CLOSE: Final = 0.05
 """Difference in success rates."""
 PER_FAMILY: Final = {"paper-size": 5, "headline": 120}
-STRONG: Final = ("roboexp", "dovsg", "introplan", "actpermoma", "tampura-like", "pouct")
+STRONG: Final = (
+    "roboexp-strong",
+    "dovsg-strong",
+    "introplan-strong",
+    "actpermoma-strong",
+    "tampura",
+    "pouct-strong",
+)
 LITE: Final = ("roboexp-lite", "dovsg-lite", "introplan-lite", "actpermoma-lite", "pouct-lite")
 ABLATIONS: Final = ("a1", "a2", "a3", "a4", "a5", "a6", "a7", "a8")
 LOOKERS: Final = ("exhaustive-look", "cheapest-first")
