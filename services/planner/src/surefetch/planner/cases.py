@@ -1,6 +1,7 @@
 """`surefetch solve CASES.json`: golden-format decision problems through the robot's own search."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,10 +19,12 @@ from surefetch.common.cases import (
 )
 from surefetch.common.cell import simulated_cell
 from surefetch.common.emission import Emission
+from surefetch.common.errors import BadInput
 from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.joint_belief import JointBelief
 from surefetch.common.messages import QValue
 from surefetch.common.parameters import PRINTED
+from surefetch.planner import pomdpx, pomdpx_value
 from surefetch.planner.actions import State
 from surefetch.planner.futures import FutureModel
 from surefetch.planner.problem import Options, Problem
@@ -106,6 +109,8 @@ class PlanCase(Case, frozen=True):
 
 
 KINDS: Final[dict[str, type[Case]]] = {"plan": PlanCase}
+FORMATS: Final = ("pomdpx",)
+"""Of exported problems."""
 
 HELP: Final = """\
 example of CASES.json, with one case:
@@ -116,21 +121,80 @@ example of CASES.json, with one case:
 
 Every field is described in tests/golden/cases/README.md. Prints a JSON list with one object for
 each case.
+
+example of an export: surefetch solve cases.json --case look --export pomdpx look.pomdpx
+
+A POMDP has no rules that hang on the belief. The exported one lets every grasp through that
+instruction and cover allow (as no_conformal does, for all tracks and relations), and lets one
+abstain at any time. The printed V is its least expected cost, exactly, which is at most the V that
+surefetch solves to; a solver that reads the file should come to -V.
 """
 
 
 def main(argv: list[str]) -> int:
-    """Solve every case of a file. Raises BadInput that names the case and the field."""
+    """Solve every case of a file, or export one. Raises BadInput that names case and field."""
+    asked = _parser().parse_args(argv)
+    cases = read_cases(asked.cases, KINDS, command="surefetch solve")
+    if asked.case is not None:
+        cases = [_named(cases, asked.case, asked.cases)]
+    if asked.export is None:
+        print_answers(solve_cases(cases))
+    else:
+        print_answers([_exported(_only(cases), *asked.export)])
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="surefetch solve",
-        description="Decision problems in, Q values and the chosen action out.",
+        description="Decision problems in, Q values and the chosen action out; or one of them as a "
+        "file for other POMDP solvers.",
         epilog=HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("cases", type=Path, metavar="CASES.json")
-    path = parser.parse_args(argv).cases
-    print_answers(solve_cases(read_cases(path, KINDS, command="surefetch solve")))
-    return 0
+    parser.add_argument("--case", metavar="NAME", help="only the case of this name")
+    parser.add_argument(
+        "--export",
+        nargs=2,
+        metavar=("FORMAT", "FILE"),
+        help=f"write the problem of one case for other solvers; formats: {', '.join(FORMATS)}",
+    )
+    return parser
+
+
+def _named(cases: Sequence[Case], name: str, path: Path) -> Case:
+    for case in cases:
+        if case.name == name:
+            return case
+    known = ", ".join(case.name for case in cases)
+    raise BadInput(f'case file {path} has no case "{name}".\n  Cases: {known}')
+
+
+def _only(cases: Sequence[Case]) -> PlanCase:
+    match cases:
+        case [PlanCase() as one]:
+            return one
+        case _:
+            raise BadInput(
+                f"--export writes one case, and {len(cases)} were given. Choose one: --case NAME"
+            )
+
+
+def _exported(case: PlanCase, form: str, file: str) -> dict[str, Any]:
+    """Write one case; its name, the file and the least expected cost of what is in it."""
+    if form not in FORMATS:
+        raise BadInput(f'--export: there is no format "{form}". Formats: {", ".join(FORMATS)}')
+    try:
+        problem = case.problem()
+        written = pomdpx.document(problem, case.name)
+    except (ValueError, KeyError) as error:
+        raise BadInput(f"case {case.name}: {error}") from None
+    try:
+        Path(file).write_bytes(written)
+    except OSError as error:
+        raise BadInput(f"--export: {file} cannot be written: {error.strerror}") from None
+    return {"name": case.name, "file": file, "V": pomdpx_value.value(problem)}
 
 
 def _action(q: QValue) -> dict[str, Any]:
