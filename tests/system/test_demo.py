@@ -112,11 +112,13 @@ def test_four_processes_did_it_and_none_is_left(demo: Demo) -> None:
 
 def test_every_step_is_told(demo: Demo) -> None:
     steps = demo.told["steps"]
-    assert [step["q"] for step in steps[:2]] == ["center", "after_removal"]
+    assert steps[0]["q"] == "center"
+    assert "after_removal" in [step["q"] for step in steps]
     for step in steps:
         assert sum(step["belief"].values()) == pytest.approx(1.0)
         assert step["q_values"]
-    assert {"action": "remove_cover", "status": "done"}.items() <= demo.told["actions"][1].items()
+    told = {action["action"]: action["status"] for action in demo.told["actions"]}
+    assert told["remove_cover"] == "done"
 
 
 def test_the_record_of_every_service_and_the_frames_are_kept(demo: Demo) -> None:
