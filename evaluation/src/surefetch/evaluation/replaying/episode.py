@@ -24,7 +24,13 @@ from surefetch.common.parameters import Parameters
 from surefetch.evaluation.policies.observation import Observation, Policy, words_of
 from surefetch.evaluation.recordings.free_space import FreeSpace
 from surefetch.evaluation.replaying.beliefs import Beliefs, Heard, History
-from surefetch.evaluation.replaying.world import OutOfRecording, Report, ViewFailed, World
+from surefetch.evaluation.replaying.world import (
+    OutOfRecording,
+    Report,
+    ViewFailed,
+    World,
+    WorldFailed,
+)
 from surefetch.planner import endings
 from surefetch.planner.account import End
 from surefetch.planner.episode_state import (
@@ -132,6 +138,8 @@ def play(
                 turn, end = _act(turn, errand, world)
     except OutOfRecording as left:
         end = End("aborted", OUT_OF_RECORDING, str(left))
+    except WorldFailed as failure:
+        end = endings.cut_short(failure.error)
     except ViewFailed as failed:
         end = endings.view_failed(failed.view, failed.why)
     return Played(end, turn)

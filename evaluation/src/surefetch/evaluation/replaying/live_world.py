@@ -6,10 +6,10 @@ end, and to tell whether replayed episodes go as they would go live.
 
 from itertools import count
 from types import TracebackType
-from typing import Final, Self
+from typing import Final, Self, TypeVar
 
 from surefetch.common.cell import InformRow
-from surefetch.common.errors import BadInput
+from surefetch.common.errors import BadInput, SurefetchError
 from surefetch.common.injections import Injector
 from surefetch.common.messages import (
     AskTruth,
@@ -19,17 +19,18 @@ from surefetch.common.messages import (
     Grasp,
     Inform,
     Look,
+    Message,
     Observations,
     Outcome,
     Verb,
 )
-from surefetch.common.topics import FRAME
+from surefetch.common.topics import FRAME, Topic
 from surefetch.evaluation.recordings import labels
 from surefetch.evaluation.recordings.desk import Desk
 from surefetch.evaluation.recordings.free_space import FreeSpace, seen_in
 from surefetch.evaluation.recordings.recording import Cover, State
 from surefetch.evaluation.replaying.beliefs import EPISODE, History
-from surefetch.evaluation.replaying.world import Report, Sight, ViewFailed
+from surefetch.evaluation.replaying.world import Report, Sight, ViewFailed, WorldFailed
 from surefetch.evaluation.scenes.generate import GeneratedScene
 from surefetch.executor.grasping.antipodal import AntipodalProposer
 from surefetch.executor.service import ExecutorService
@@ -46,6 +47,9 @@ from surefetch.planner.episode_state import EpisodeState
 from surefetch.planner.estimate import NOTHING_SEEN
 from surefetch.planner.fetching import fetch
 from surefetch.planner.situation import Errand
+
+Q = TypeVar("Q", bound=Message)
+R = TypeVar("R", bound=Message)
 
 BOOT: Final = "live"
 FRAME_S: Final = 1.0
@@ -65,7 +69,7 @@ class LiveWorld:
         self._generated = generated
         self._errand = errand
         self._injector = injector
-        self._desk = desk = Desk(BOOT)
+        self._desk = desk = Counter(BOOT)
         self.simulated = PybulletCell(errand.cell)
         self._executor = ExecutorService(
             Workcell.of(errand.cell, AntipodalProposer()),
@@ -176,6 +180,19 @@ class LiveWorld:
         if container is None or not container.covered:
             return "none"
         return "closed" if self.simulated.covered() else "open"
+
+
+class Counter(Desk):
+    """A desk that tells what fails behind it from what a policy does wrong."""
+
+    def ask(self, topic: Topic[Q, R], request: Q, *, timeout_s: float) -> R:
+        """Answer at once. Raises WorldFailed."""
+        try:
+            return super().ask(topic, request, timeout_s=timeout_s)
+        except WorldFailed:
+            raise
+        except SurefetchError as error:
+            raise WorldFailed(error) from error
 
 
 class TimedCrew(Crew):

@@ -43,18 +43,23 @@ class Nudged(LiveWorld):
         self.simulated.world.put(scene_bodies.LID, T_world_lid)
 
     def nudge(self, name: str) -> None:
-        """Move a thing, but not into another."""
+        """Move a thing a little, but not into another."""
+        x, y = self._dice.normal(0.0, NUDGE_M, 2)
+        self.shift(name, (x, y), float(self._dice.normal(0.0, NUDGE_DEG)))
+
+    def shift(self, name: str, by_m: tuple[float, float], turned_deg: float) -> bool:
+        """Move a thing along x and y and turn it upright; False: it would be in another."""
         world = self.simulated.world
         T_world_thing = world.pose(name)
-        x, y = self._dice.normal(0.0, NUDGE_M, 2)
-        turned = rotation_z(float(np.radians(self._dice.normal(0.0, NUDGE_DEG))))
         moved = T_world_thing.copy()
-        moved[:3, :3] = turned @ T_world_thing[:3, :3]
-        moved[:3, 3] += (x, y, 0.0)
+        moved[:3, :3] = rotation_z(float(np.radians(turned_deg))) @ T_world_thing[:3, :3]
+        moved[:3, 3] += (*by_m, 0.0)
         deepest_m = world.deepest_overlap_m()
         world.put(name, moved)
-        if world.deepest_overlap_m() > max(deepest_m, DEEPEST_M):
+        is_clear = world.deepest_overlap_m() <= max(deepest_m, DEEPEST_M)
+        if not is_clear:
             world.put(name, T_world_thing)
+        return is_clear
 
     def _attempt(self, report: Report, before: Mapping[str, Array], carried: str | None) -> None:
         moved = [

@@ -23,11 +23,11 @@ class Outcome:
     """What came of one attempt."""
 
     done: bool
-    disturbed: bool = False
-    """It failed, and bodies were moved so far that the recording no longer holds."""
     duration_s: float = 0.0
     """Modelled; 0 where nobody knows."""
     why: str = ""
+    disturbance: Attempt | None = None
+    """It failed, and moved bodies so far that the recording no longer holds; as measured."""
 
 
 class NotMeasured(Exception):
@@ -109,5 +109,5 @@ def _nth(attempts: Sequence[Attempt], n: int) -> Outcome:
     if n > len(attempts):
         raise NotMeasured
     one = attempts[n - 1]
-    disturbed = not one.done and one.disturbed
-    return Outcome(one.done, disturbed, one.duration_s, one.why)
+    disturbs = not one.done and one.disturbed
+    return Outcome(one.done, one.duration_s, one.why, one if disturbs else None)

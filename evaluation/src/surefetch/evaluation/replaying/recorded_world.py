@@ -13,6 +13,7 @@ from surefetch.common.messages import (
     FrameInfo,
     Grasp,
 )
+from surefetch.evaluation.recordings.measured import Attempt
 from surefetch.evaluation.recordings.recording import Cover, FeasibleAfter, Shot, State, first_state
 from surefetch.evaluation.replaying.beliefs import History
 from surefetch.evaluation.replaying.outcomes import NO_BODY, NotMeasured, Outcome, Outcomes
@@ -27,8 +28,10 @@ class Disturbed:
 
     action: str
     body: str
+    """`NO_BODY`, where it was the cover that was acted on."""
     attempt: int
     """At this action and body, counted from 1."""
+    measured: Attempt
 
 
 class RecordedWorld:
@@ -138,8 +141,8 @@ class RecordedWorld:
             raise OutOfRecording(
                 f"{self._named()}: what comes of attempt {attempt} of {action} was not measured."
             ) from None
-        if outcome.disturbed:
-            self.disturbed = Disturbed(action, body, attempt)
+        if outcome.disturbance is not None:
+            self.disturbed = Disturbed(action, body, attempt, outcome.disturbance)
         return outcome
 
     def _named(self) -> str:

@@ -16,6 +16,14 @@ class OutOfRecording(SurefetchError):
     """An episode led to where the recording ends; it must be run live. Nothing is substituted."""
 
 
+class WorldFailed(SurefetchError):
+    """What makes up a live table gave no answer, as a service that fails in mid-episode."""
+
+    def __init__(self, error: SurefetchError) -> None:
+        self.error = error
+        super().__init__(str(error))
+
+
 class ViewFailed(SurefetchError):
     """The camera does not get to where the next look is to be taken."""
 
