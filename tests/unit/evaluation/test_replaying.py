@@ -42,11 +42,12 @@ from surefetch.evaluation.replaying import command, manifest, results
 from surefetch.evaluation.replaying.beliefs import Beliefs
 from surefetch.evaluation.replaying.contenders import contender
 from surefetch.evaluation.replaying.episode import OUT_OF_RECORDING, Errand, Played, play
-from surefetch.evaluation.replaying.evaluate import Conditions, evaluate
+from surefetch.evaluation.replaying.evaluate import Conditions, evaluate, world_of
 from surefetch.evaluation.replaying.outcomes import Drawn, Outcome, Rates
 from surefetch.evaluation.replaying.recorded_world import RecordedWorld
 from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.replaying.scene import ready
+from surefetch.evaluation.replaying.sitting import Sitting
 from surefetch.planner.profiles import PROFILES
 
 NEVER_FAILS = Conditions(rates=Rates(1.0, 1.0, 1.0))
@@ -407,6 +408,25 @@ def test_after_a_failure_that_moved_bodies_nothing_can_be_seen_any_more() -> Non
     assert "grasp failed and moved what stands there" in episode.why
 
 
+def test_an_episode_that_leaves_its_recording_can_be_finished_elsewhere() -> None:
+    told = measured(grasps=[attempt(False, moved_m=0.0031)])
+    scene = ready(*record(TABLES["one is clear"], wanted=0), measured=told)
+    numbers_of = {name: numbers(name) for name in PROFILES}
+    contenders = [contender(name, "extended", numbers_of) for name in ("ours", "greedy")]
+
+    def finish(
+        sitting: Sitting, left: Played, world: RecordedWorld, beliefs: Beliefs
+    ) -> tuple[Played, Mapping[str, str | None]]:
+        """On a table that is as it was before."""
+        assert world.disturbed is not None
+        return sitting.play(world_of(scene, NEVER_FAILS), beliefs.apart(), left.turn), world.bodies
+
+    for episode in evaluate(scene, contenders, CELL, Conditions("measured"), finish):
+        assert (episode.verdict, episode.finished_live) == ("success", True)
+        grasps = [action for action in episode.actions if action.startswith("grasp")]
+        assert [action.endswith("(failed)") for action in grasps] == [True, False]
+
+
 def test_a_failure_that_ends_the_episode_needs_nothing_more_to_be_seen() -> None:
     told = measured(grasps=[attempt(False, moved_m=0.1)])
     episode = as_measured("one is clear", told, "greedy", "paper")
@@ -479,6 +499,33 @@ def test_an_injected_failure_changes_only_what_is_reported(kind: InjectedKind, o
     assert (struck.end.outcome, struck.end.track) == (plain.end.outcome, plain.end.track)
     failed = [m.report for m in struck.moments if m.report and not m.report.done]
     assert [(r.injected, r.done) for r in failed] == [(True, False)] * bool(mine)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("of", TABLES)
+def test_an_injected_failure_goes_as_a_failure_that_live_services_report(
+    profile: str, of: str
+) -> None:
+    """Whatever is looked at or grasped first; the scripted arm does nothing when it fails."""
+    table = TABLES[of]
+    target = 0 if table.things else None
+    first = next(iter(replayed(Planned(), record(table, wanted=target), profile).taken))
+    kind = None if isinstance(first, Defer) else kind_of(first, CELL)
+    if kind is None or isinstance(first, Defer):
+        return
+    name = first.name if isinstance(first, Inform) else "grasp"
+    live = Table(table.things, covered=table.covered, fails={name: ["failed"]})
+    with scripted_cell(live) as cell:
+        accepted = cell.instruct(profile=profile, after_grasp="hold")
+        ended = cell.events()[-1].happening
+    assert isinstance(ended, Ended)
+    struck = replayed(
+        Planned(), record(table, wanted=target, target=accepted.target), profile,
+        injected=(Injection(kind=kind, occurrence=1),),
+    )  # fmt: skip
+    moved = [a.action for a in ended.actions if a.action not in ("look", "put_back")]
+    assert names(struck.taken) == moved
+    assert (struck.end.outcome, struck.end.reason) == (ended.outcome, ended.reason)
 
 
 def test_an_injected_failure_uses_up_no_attempt() -> None:
