@@ -26,6 +26,10 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
         "how sure a grasp must be, by replay on development recordings",
     ),
     "tune": ("tuning.command:main", "the numbers of policies, on development recordings"),
+    "fit-introplan": (
+        "tuning.introplan_command:main",
+        "what the baseline IntroPlan knows beforehand",
+    ),
     "gates": (
         "fitting.gates_command:main",
         "is the scene generator hard enough? five controls tell",

@@ -9,7 +9,7 @@ from typing import Final
 from surefetch.common.errors import BadInput
 from surefetch.common.parameters import FULL
 from surefetch.evaluation.fitting.variants import FACTORIZED, NO_MEMORY, POOLED_VIEWS
-from surefetch.evaluation.policies import actpermoma, roboexp, tuning
+from surefetch.evaluation.policies import actpermoma, introplan, roboexp, tuning
 from surefetch.evaluation.policies.actpermoma import ActPerMoMaLite, ActPerMoMaStrong
 from surefetch.evaluation.policies.always_defer import AlwaysDefer
 from surefetch.evaluation.policies.by_chance import ByChance
@@ -18,6 +18,8 @@ from surefetch.evaluation.policies.dovsg import DovSgLite, DovSgStrong
 from surefetch.evaluation.policies.exhaustive_look import ExhaustiveLook
 from surefetch.evaluation.policies.fixed_sequence import BestFixed
 from surefetch.evaluation.policies.greedy import Greedy
+from surefetch.evaluation.policies.introplan import IntroPlan
+from surefetch.evaluation.policies.introplan_chances import KNOWNO, LITE, STRONG
 from surefetch.evaluation.policies.observation import Policy
 from surefetch.evaluation.policies.planned import Planned
 from surefetch.evaluation.policies.roboexp import RoboExpLite, RoboExpStrong
@@ -83,6 +85,9 @@ POLICIES: Final[dict[str, Entry]] = {
     "cheapest-first": Entry(CheapestFirst),
     "greedy": Entry(Greedy),
     "greedy-threshold": Entry(partial(Greedy, at_least=AT_LEAST), scalars=(TAU,)),
+    STRONG: Entry(IntroPlan, scalars=introplan.SCALARS, cross_fitted=True),
+    LITE: Entry(partial(IntroPlan, LITE), cross_fitted=True),
+    KNOWNO: Entry(partial(IntroPlan, KNOWNO)),
     "always-defer": Entry(AlwaysDefer),
     "random": Entry(ByChance),
 }

@@ -105,6 +105,8 @@ def configurations(scalars: Sequence[Scalar]) -> list[dict[str, float]]:
 
 def written(name: str, values: Mapping[str, float]) -> str:
     """A policy with values of its scalars, in one word: ``NAME[SCALAR=VALUE;SCALAR=VALUE]``."""
+    if not values:
+        return name
     return f"{name}[{';'.join(f'{key}={value:g}' for key, value in values.items())}]"
 
 

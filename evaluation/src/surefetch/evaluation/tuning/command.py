@@ -72,7 +72,7 @@ def _campaigns(asked: argparse.Namespace) -> list[Campaign]:
 
 
 def _tuned(wanted: Campaign, one: Contender, on: TunedOn, n_jobs: int) -> Tuned:
-    if one.entry is None or not one.entry.scalars:
+    if one.entry is None or not (one.entry.scalars or one.entry.cross_fitted):
         raise BadInput(f'"{one.name}" has nothing that is tuned.')
     n = len(recording_store.scenes(wanted.recordings))
     console = Console(stderr=True)
@@ -103,7 +103,7 @@ def _table(chosen: Iterable[Tuned]) -> Table:
         best = tuning.best(one.trials)
         table.add_row(
             f"{one.policy}{WITH}{one.profile}",
-            ", ".join(f"{name} {value:g}" for name, value in one.values.items()),
+            ", ".join(f"{name} {value:g}" for name, value in one.values.items()) or "-",
             f"{best.n_successes} of {one.tuned_on.scenes.n_episodes}",
             f"{best.mean_realized_cost:.4f}",
             str(len(one.trials)),
@@ -116,8 +116,9 @@ def _parser() -> argparse.ArgumentParser:
         prog="surefetch study tune",
         description="Replay every configuration of policies on development recordings, at most "
         f"{MOST_CONFIGURATIONS} each, and keep the one with the most successes, of equals the one "
-        "with the least realised cost. Writes FOLDER/NAME@PROFILE.json: what was chosen, and "
-        "everything that was tried.",
+        "with the least realised cost. A policy that learned from development scenes plays each "
+        "as it is without that scene's fold. Writes FOLDER/NAME@PROFILE.json: what was chosen, "
+        "and everything that was tried.",
         epilog="example: surefetch study tune --recordings dev --policies "
         "exhaustive-look,greedy-threshold,best-fixed --out tuned",
     )
