@@ -9,7 +9,14 @@ from typing import Final
 from surefetch.common.errors import BadInput
 from surefetch.common.parameters import FULL
 from surefetch.evaluation.fitting.variants import FACTORIZED, NO_MEMORY, POOLED_VIEWS
-from surefetch.evaluation.policies import actpermoma, introplan, pouct, roboexp, tuning
+from surefetch.evaluation.policies import (
+    actpermoma,
+    introplan,
+    pouct,
+    roboexp,
+    tampura,
+    tuning,
+)
 from surefetch.evaluation.policies.actpermoma import ActPerMoMaLite, ActPerMoMaStrong
 from surefetch.evaluation.policies.always_defer import AlwaysDefer
 from surefetch.evaluation.policies.by_chance import ByChance
@@ -24,7 +31,9 @@ from surefetch.evaluation.policies.observation import Policy
 from surefetch.evaluation.policies.planned import Planned
 from surefetch.evaluation.policies.pouct import Pouct
 from surefetch.evaluation.policies.roboexp import RoboExpLite, RoboExpStrong
+from surefetch.evaluation.policies.tampura import Tampura
 from surefetch.evaluation.policies.tuning import THRESHOLDS, Scalar
+from surefetch.planner.decide import HORIZON
 from surefetch.planner.problem import Options
 
 ORACLE: Final = "truth-oracle"
@@ -89,6 +98,10 @@ POLICIES: Final[dict[str, Entry]] = {
     STRONG: Entry(IntroPlan, scalars=introplan.SCALARS, cross_fitted=True),
     LITE: Entry(partial(IntroPlan, LITE), cross_fitted=True),
     KNOWNO: Entry(partial(IntroPlan, KNOWNO)),
+    "tampura": Entry(Tampura, scalars=tampura.SCALARS),
+    "tampura-undiscounted": Entry(
+        partial(Tampura, discount=1.0, most_looks=HORIZON), scalars=tampura.SCALARS
+    ),
     "pouct-lite": Entry(partial(Pouct, strong=False, gate=False), scalars=pouct.SCALARS),
     "pouct-strong": Entry(partial(Pouct, strong=True, gate=False), scalars=pouct.SCALARS),
     "pouct-lite-gated": Entry(partial(Pouct, strong=False, gate=True), scalars=pouct.SCALARS),
