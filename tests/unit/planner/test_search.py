@@ -17,6 +17,7 @@ from surefetch.planner import actions
 from surefetch.planner.actions import State
 from surefetch.planner.enumeration import Enumeration
 from surefetch.planner.futures import FutureModel
+from surefetch.planner.outcome_grid import FEW
 from surefetch.planner.problem import Options, Problem
 from surefetch.planner.profiles import EXTENDED
 from surefetch.planner.search import solve
@@ -29,9 +30,9 @@ A_VIEW_FROM_THE_LEFT = InformRow(
 
 
 @st.composite
-def problems(draw: st.DrawFn, most_tracks: int = 3) -> Problem:
+def problems(draw: st.DrawFn, most_tracks: int = 3, least_tracks: int = 1) -> Problem:
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    n = draw(st.integers(1, most_tracks))
+    n = draw(st.integers(least_tracks, most_tracks))
     masses = rng.gamma(draw(st.sampled_from([0.1, 0.3, 1.0, 3.0])), size=2 * n + 2) + 1e-12
     p = masses / masses.sum()
     counts = {
@@ -64,6 +65,8 @@ def problems(draw: st.DrawFn, most_tracks: int = 3) -> Problem:
             no_conformal=draw(st.booleans()),
             no_defer=draw(st.booleans()),
         ),
+        n_foreseen=draw(st.sampled_from((None, 1, 2, 3))),
+        defer_at_least=draw(st.sampled_from((0.0, 0.6))),
         commit_at_least=draw(st.sampled_from((0.0, 0.3, 0.8))),
         p_appears=draw(st.sampled_from(({}, {row.name: float(rng.random()) for row in MORE_ROWS}))),
     )
@@ -91,15 +94,19 @@ def _looking(
 
 def _after(p: Problem, b: JointBelief, row: InformRow) -> Iterator[tuple[JointBelief, float]]:
     """What one track may show; beliefs need not sum to 1, and the chances sum to what they do."""
-    n = len(b.tracks)
-    for i in range(n):
+    foreseen = sorted(range(len(b.tracks)), key=lambda i: -p.belief.p_tracked[i].sum())
+    foreseen = foreseen[: p.n_foreseen]
+    for i in foreseen:
         E = p.future.likelihood(row, p.y0[i])
         for y in range(len(OBSERVATIONS)):
             tracked = b.p_tracked * E[2, y]
             tracked[i] = b.p_tracked[i] * E[:2, y]
             unobs, absent = b.p_unobs * E[2, y], b.p_abs * E[2, y]
             total = tracked.sum() + unobs + absent
-            yield JointBelief(b.tracks, tracked / total, unobs / total, absent / total), total / n
+            yield (
+                JointBelief(b.tracks, tracked / total, unobs / total, absent / total),
+                total / len(foreseen),
+            )
 
 
 def _value(p: Problem, b: JointBelief, state: State, used: frozenset[str], depth: int) -> float:
@@ -111,7 +118,8 @@ def _value(p: Problem, b: JointBelief, state: State, used: frozenset[str], depth
         if p.options.no_conformal
         or (actions.semantically_eligible(c, gamma, p.asked) and c.p >= p.commit_at_least)
     ]
-    if (not informs or gamma == (ABS,)) and not p.options.no_defer:
+    absent = gamma == (ABS,) and b.p_abs >= p.defer_at_least
+    if (not informs or absent) and not p.options.no_defer:
         ends.append(actions.defer_cost(b.p_abs, p.costs))
     looks = [_looking(p, b, row, state, used, depth) for row in informs]
     return min([*ends, *looks], default=p.costs.stalled)
@@ -133,6 +141,18 @@ def test_merging_equals_enumerating_with_many_tracks(problem: Problem) -> None:
     for q in solve(problem).q_values:
         if q.action not in ("grasp", "defer"):
             row = next(row for row in problem.rows if row.name == q.action)
+            assert q.value == pytest.approx(enumeration.q(row), rel=1e-9)
+
+
+@settings(deadline=None, max_examples=15)
+@given(problems(least_tracks=4, most_tracks=5))
+def test_leaving_out_what_cannot_win_equals_enumerating(problem: Problem) -> None:
+    everything = replace(problem, n_foreseen=None, horizon=3, used=frozenset())
+    assert (7 * len(problem.belief.tracks)) ** 3 > FEW
+    enumeration = Enumeration(everything)
+    for q in solve(everything).q_values:
+        if q.action not in ("grasp", "defer"):
+            row = next(row for row in everything.rows if row.name == q.action)
             assert q.value == pytest.approx(enumeration.q(row), rel=1e-9)
 
 
@@ -169,7 +189,8 @@ def test_defer_is_open_only_when_nothing_is_left_to_look_at_or_absence_is_sure(
     solution = solve(replace(problem, options=Options()))
     actions_open = [q.action for q in solution.q_values]
     if "defer" in actions_open:
-        assert solution.gamma == (ABS,) or set(actions_open) <= {"grasp", "defer"}
+        sure = solution.gamma == (ABS,) and problem.belief.p_abs >= problem.defer_at_least
+        assert sure or set(actions_open) <= {"grasp", "defer"}
 
 
 @settings(deadline=None)

@@ -116,9 +116,18 @@ def semantically_eligible(
     return alone and candidate.p >= at_least
 
 
-def may_defer(gamma: tuple[str, ...], informs: tuple[InformRow, ...]) -> bool:
-    """Abstaining is open when nothing is left to look at, or the target is surely absent."""
-    return not informs or gamma == (ABS,)
+def may_defer(
+    gamma: tuple[str, ...],
+    informs: tuple[InformRow, ...],
+    p_abs: float = 1.0,
+    at_least: float = 0.0,
+) -> bool:
+    """Abstaining is open when nothing is left to look at, or the target is surely absent.
+
+    For that it must be the only hypothesis in the conformal set, and its belief `at_least` so much;
+    0 is the paper's rule.
+    """
+    return not informs or (gamma == (ABS,) and p_abs >= at_least)
 
 
 P = TypeVar("P", float, NDArray[np.float64])

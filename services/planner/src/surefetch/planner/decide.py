@@ -68,6 +68,8 @@ def problem_of(errand: Errand, now: Situation) -> Problem:
         future=FutureModel(parameters.emission(), parameters.paired),
         p_remove=parameters.priors.p_remove,
         p_grasp=parameters.priors.p_grasp,
+        n_foreseen=errand.policy.profile.n_foreseen,
+        defer_at_least=errand.policy.profile.defer_at_least,
         commit_at_least=parameters.commit_at_least,
         p_appears={row.name: _p_appears(parameters, row) for row in errand.rows},
     )

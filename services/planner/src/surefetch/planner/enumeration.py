@@ -4,7 +4,8 @@ Nodes of one level are rows of arrays, so that numpy does the counting; nothing 
 method has a faster way (`tensors`); this one also serves the factorized belief, in which the order
 of observations matters, and is what the faster one is checked against.
 
-Letters in shapes: b nodes, N tracks, R relations, Y symbols, E = N·Y outcomes.
+Letters in shapes: b nodes, N tracks, R relations, Y symbols, L tracks that a look may show one of,
+E = L·Y outcomes.
 """
 
 from collections.abc import Iterator
@@ -52,6 +53,7 @@ class Enumeration:
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
+        self._foreseen = np.array(problem.foreseen)
         self._outcomes: dict[str, Outcomes] = {}
 
     def q(self, row: InformRow) -> float:
@@ -90,11 +92,10 @@ class Enumeration:
         """
         p_unobs = nodes.p_unobs * (1.0 - appearing)
         ratio, weight = self._outcomes_of(row).ratio, self._outcomes_of(row).weight
-        n_tracks, n_symbols, _ = ratio.shape
-        p = np.repeat(nodes.p_tracked[:, None], n_tracks * n_symbols, axis=1)
-        p = p.reshape(len(nodes), n_tracks, n_symbols, n_tracks, -1)
-        each = np.arange(n_tracks)
-        p[:, each, :, each, :] *= ratio[:, None]
+        n_foreseen, n_symbols, n_relations = ratio.shape
+        p = np.repeat(nodes.p_tracked[:, None], n_foreseen * n_symbols, axis=1)
+        p = p.reshape(len(nodes), n_foreseen, n_symbols, -1, n_relations)
+        p[:, np.arange(n_foreseen), :, self._foreseen, :] *= ratio[:, None]
         tracked = p.sum(axis=(3, 4))
         total = tracked + (p_unobs + nodes.p_abs)[:, None, None]
         p /= total[..., None, None]
@@ -102,7 +103,7 @@ class Enumeration:
             p = factorized(p)
         chance = (total * weight).reshape(len(nodes), -1)
         following = Nodes(
-            p.reshape(chance.size, n_tracks, -1),
+            p.reshape(chance.size, -1, n_relations),
             (p_unobs[:, None, None] / total).reshape(-1),
             (nodes.p_abs[:, None, None] / total).reshape(-1),
         )
@@ -143,6 +144,7 @@ class Enumeration:
             return cost
         others = self._in_set(nodes.p_tracked).any(axis=(1, 2)) | self._in_set(nodes.p_unobs)
         only_absent = self._in_set(nodes.p_abs) & ~others
+        only_absent &= nodes.p_abs >= self._problem.defer_at_least
         return np.where(only_absent, cost, np.inf)
 
     def _in_set(self, p: Array) -> NDArray[np.bool_]:
@@ -152,7 +154,8 @@ class Enumeration:
 
     def _outcomes_of(self, row: InformRow) -> Outcomes:
         if row.name not in self._outcomes:
-            self._outcomes[row.name] = outcomes(self._problem.future, row, self._problem.y0)
+            y0 = [self._problem.y0[n] for n in self._foreseen]
+            self._outcomes[row.name] = outcomes(self._problem.future, row, y0)
         return self._outcomes[row.name]
 
     @cached_property

@@ -39,6 +39,8 @@ class FutureModel:
 class Outcomes:
     """One hypothetical observation after an action: track i (of n, uniformly) gives symbol y.
 
+    The n tracks are those that a look is foreseen to show one of.
+
     Beliefs stay unnormalised and are scaled so that the outcome (i, y) changes track i alone:
     every other hypothesis has the distractor likelihood, which is taken out as the weight. Values
     are homogeneous in the belief, so ``V(b) = sum(weight[i, y] * V(b with row i scaled))``.
@@ -53,7 +55,10 @@ class Outcomes:
 
 
 def outcomes(model: FutureModel, row: InformRow, y0: Sequence[str | None]) -> Outcomes:
-    """What may come of one action for tracks with these observations; at least one track."""
+    """What may come of one action for the tracks that it may show one of; at least one.
+
+    `y0` are their latest counted observations.
+    """
     by_y0 = {y: model.likelihood(row, y) for y in set(y0)}
     E = np.array([by_y0[y] for y in y0])  # (tracks, classes, observations), distractor last
     ratio = E[:, :-1, :] / E[:, -1:, :]

@@ -5,17 +5,19 @@ and symbol, per action. Where several actions looked at the same track its mass 
 once, so outcomes are worked out by *pattern*: which actions share a track. The pattern in which all
 tracks differ fills the array, the others overwrite where their tracks coincide.
 
-Letters in shapes: N tracks, Y symbols, R relations, k actions.
+Letters in shapes: N tracks that a look may show one of, Y symbols, R relations, k actions.
 """
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from surefetch.planner import rivals
-from surefetch.planner.futures import Array, Outcomes
+from surefetch.planner.futures import Array
+from surefetch.planner.observed import Looks, Observed
 from surefetch.planner.rivals import Base, Entry, Ints, Stakes
 
 Pattern = tuple[tuple[int, ...], ...]
@@ -29,44 +31,46 @@ PATTERNS: Final[dict[int, tuple[Pattern, ...]]] = {
 }
 """For each number of actions, the pattern without coincidences first."""
 
+FEW: Final = 1 << 14
+"""Outcomes up to which to look for those that may win costs more than to work out all."""
+
 
 class OutcomeGrid:
     """The outcomes of one set of actions, seen from one rule of ending.
 
-    `first` restricts the first action to some of the tracks, so that a large set is worked out a
-    piece at a time.
+    `first` restricts the first action to some of the tracks that it may look at, so that a large
+    set is worked out a piece at a time.
     """
 
     def __init__(
         self,
-        masses: Array,
+        observed: Observed,
+        taken: Looks,
         total: float,
-        outcomes: Sequence[Outcomes],
         stakes: Stakes,
         first: slice = slice(None),
     ) -> None:
-        self._masses = masses
-        self._before = masses.sum(axis=1)
+        self._observed = observed
+        self._taken = taken
         self._total = total
-        self._ratios = [o.ratio for o in outcomes]
         self._stakes = stakes
-        self._tracks = [np.arange(len(masses)) for _ in outcomes]
-        if outcomes:
+        self._tracks = [np.arange(len(observed.foreseen)) for _ in taken]
+        if taken:
             self._tracks[0] = self._tracks[0][first]
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """(N, Y) per action."""
         sizes = [
-            (len(tracks), ratio.shape[1])
-            for tracks, ratio in zip(self._tracks, self._ratios, strict=True)
+            (len(tracks), self._observed.n_symbols(name))
+            for tracks, name in zip(self._tracks, self._taken, strict=True)
         ]
         return tuple(size for pair in sizes for size in pair)
 
     def mass(self) -> Array:
         """Total mass of every belief."""
         out = np.empty(self.shape)
-        for pattern in PATTERNS[len(self._ratios)]:
+        for pattern in PATTERNS[len(self._taken)]:
             entries = [self._entry(group) for group in pattern]
             self._put(out, pattern, sum((e.delta for e in entries), np.array(self._total)))
         return out
@@ -74,7 +78,7 @@ class OutcomeGrid:
     def heaviest(self) -> Array:
         """Mass of the heaviest tracked hypothesis of every belief."""
         out = np.empty(self.shape)
-        for pattern in PATTERNS[len(self._ratios)]:
+        for pattern in PATTERNS[len(self._taken)]:
             entries = [self._entry(group) for group in pattern]
             mass = self._base.heaviest_without(*(self._track(group) for group in pattern))
             for entry in entries:
@@ -84,8 +88,9 @@ class OutcomeGrid:
 
     def gains(self, missing: float) -> Array:
         """What the best open grasp saves against the resort; `missing` where none is open."""
-        distinct, *coinciding = PATTERNS[len(self._ratios)]
-        out = self._gains_of(distinct, missing) if not coinciding else self._gains_apart(missing)
+        distinct, *coinciding = PATTERNS[len(self._taken)]
+        at_once = not coinciding or math.prod(self.shape) <= FEW
+        out = self._gains_of(distinct, missing) if at_once else self._gains_apart(missing)
         for pattern in coinciding:
             self._put(out, pattern, self._gains_of(pattern, missing))
         return out
@@ -93,7 +98,7 @@ class OutcomeGrid:
     def _gains_apart(self, missing: float) -> Array:
         """The gains where all tracks differ; what it makes of coincidences is meaningless."""
         out = np.full(self.shape, missing)
-        *others, last = PATTERNS[len(self._ratios)][0]
+        *others, last = PATTERNS[len(self._taken)][0]
         n_symbols = self.shape[-1]
         entries = [self._entry(group) for group in others]
         mass = sum((entry.delta for entry in entries), np.array(self._total))
@@ -113,15 +118,16 @@ class OutcomeGrid:
         return out
 
     def _last_tracks(self) -> Iterator[tuple[Ints, Ints]]:
-        """Tracks that the last action may look at, with the one to leave out of the others.
+        """Tracks that the last action may look at, with the one to leave out of all others.
 
         Each track whose absence the others feel comes alone; the rest come together, and may as
         well be left in.
         """
         tracks = self._tracks[-1]
-        felt = np.isin(tracks, self._base.special(len(self._tracks) - 1))
-        for track in tracks[felt]:
-            yield np.array([track]), np.array([track])
+        places = self._observed.foreseen[tracks]
+        felt = np.isin(places, self._base.special(len(self._tracks) - 1))
+        for k in np.flatnonzero(felt):
+            yield tracks[k : k + 1], places[k : k + 1]
         if not felt.all():
             yield tracks[~felt], np.array([-1])
 
@@ -141,36 +147,27 @@ class OutcomeGrid:
 
     def _entry(self, group: tuple[int, ...], tracks: Ints | None = None) -> Entry:
         """What the track that these actions looked at has become, laid out on their axes."""
-        n = self._group_tracks(group) if tracks is None else tracks
-        masses = self._masses[n]
-        for action in group:
-            ratio = self._ratios[action][n]  # (N, Y, R)
-            between = (1,) * (masses.ndim - 2)
-            masses = masses[..., None, :] * ratio.reshape(len(n), *between, *ratio.shape[1:])
+        looked_at = self._tracks[group[0]] if tracks is None else tracks
         axes = [1] * len(self.shape)
-        axes[2 * group[0]] = len(n)
+        axes[2 * group[0]] = len(looked_at)
         for action in group:
-            axes[2 * action + 1] = self._ratios[action].shape[1]
-        before = self._before[n].reshape(-1, *(1,) * len(group))
-        made = rivals.entry(masses, before, n.reshape(before.shape), self._stakes)
-        return made.map(lambda array: array.reshape(axes))
+            axes[2 * action + 1] = self.shape[2 * action + 1]
+        entry = self._observed.after(tuple(self._taken[k] for k in group), self._stakes)
+        return entry.map(lambda array: array[looked_at].reshape(axes))
 
     def _track(self, group: tuple[int, ...]) -> Ints:
-        return self._laid(self._group_tracks(group), group)
+        return self._laid(self._observed.foreseen[self._tracks[group[0]]], group)
 
     def _laid(self, tracks: Ints, group: tuple[int, ...]) -> Ints:
         axes = [1] * len(self.shape)
         axes[2 * group[0]] = len(tracks)
         return tracks.reshape(axes)
 
-    def _group_tracks(self, group: tuple[int, ...]) -> Ints:
-        return self._tracks[group[0]]
-
     def _put(self, out: Array, pattern: Pattern, values: Array) -> None:
         """Write the outcomes of one pattern where they belong."""
         index: list[Ints] = [np.array(0)] * len(self.shape)
         for group in pattern:
-            tracks = self._track(group)
+            tracks = self._laid(self._tracks[group[0]], group)
             for action in group:
                 symbols = [1] * len(self.shape)
                 symbols[2 * action + 1] = -1
@@ -181,5 +178,4 @@ class OutcomeGrid:
 
     @cached_property
     def _base(self) -> Base:
-        n = np.arange(len(self._masses))
-        return Base(rivals.entry(self._masses, self._before, n, self._stakes))
+        return self._observed.base(self._stakes)

@@ -51,6 +51,10 @@ class Problem:
     p_grasp: float
     costs: Costs = field(default_factory=Costs)
     options: Options = field(default_factory=Options)
+    n_foreseen: int | None = None
+    """How many tracks, the heaviest, a look is foreseen to show one of; None: all, as the paper."""
+    defer_at_least: float = 0.0
+    """Least belief in absence at which abstaining is open while there is something to look at."""
     commit_at_least: float = 0.0
     """Least belief in a hypothesis at which its object may be grasped, beside what the conformal
     set allows."""
@@ -70,6 +74,13 @@ class Problem:
     def p_held(self) -> float:
         """The chance, as the costs see it, that grasping the right track succeeds."""
         return 1.0 if self.options.no_risk else self.p_grasp
+
+    @property
+    def foreseen(self) -> tuple[int, ...]:
+        """Places of the tracks that a look may show one of, in order; the older first of equals."""
+        totals = self.belief.p_tracked.sum(axis=1)
+        by_mass = sorted(range(len(totals)), key=lambda n: (-totals[n], n))
+        return tuple(sorted(by_mass[: self.n_foreseen]))
 
     @property
     def found_cost(self) -> float:

@@ -6,6 +6,7 @@ from typing import Final
 
 from surefetch.common import policies
 from surefetch.common.cell import Cell, InformRow
+from surefetch.planner.actions import N_CANDIDATES
 from surefetch.planner.problem import Problem, Solution
 from surefetch.planner.search import solve
 
@@ -23,6 +24,10 @@ class Profile:
     """Information actions and grasps that are executed, failed ones included."""
     views_while_covered: bool = False
     """Whether the camera may move before the cover is removed."""
+    n_foreseen: int | None = None
+    """How many tracks, the heaviest, a look is foreseen to show one of; None: all."""
+    defer_at_least: float = 0.0
+    """Least belief in absence at which abstaining is open while there is something to look at."""
 
     def rows(self, cell: Cell) -> tuple[InformRow, ...]:
         """The information actions that these rules allow, in tie order."""
@@ -40,7 +45,13 @@ class Policy:
 
 PAPER: Final = Profile("paper", tries=1, outlives_failure=False, max_actions=6)
 EXTENDED: Final = Profile(
-    "extended", tries=3, outlives_failure=True, max_actions=12, views_while_covered=True
+    "extended",
+    tries=3,
+    outlives_failure=True,
+    max_actions=12,
+    views_while_covered=True,
+    n_foreseen=N_CANDIDATES,
+    defer_at_least=0.7,
 )
 
 PROFILES: Final = {profile.name: profile for profile in (PAPER, EXTENDED)}

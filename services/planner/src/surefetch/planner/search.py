@@ -38,7 +38,7 @@ def solve(problem: Problem) -> Solution:
 
 def count_nodes(problem: Problem) -> int:
     """Decision nodes of the full enumeration, the root included."""
-    branches = max(1, len(problem.belief.tracks) * len(OBSERVATIONS))
+    branches = max(1, len(problem.foreseen) * len(OBSERVATIONS))
 
     def below(state: State, used: frozenset[str], depth: int) -> int:
         return 1 + sum(
@@ -96,10 +96,10 @@ def _terminal(
         for candidate in actions.candidates(problem.belief, problem.asked, state)
         if may_grasp(candidate)
     ]
-    if actions.may_defer(gamma, informs) and not options.no_defer:
-        q_values.append(
-            QValue(action="defer", value=actions.defer_cost(problem.belief.p_abs, costs))
-        )
+    p_abs = problem.belief.p_abs
+    may_defer = actions.may_defer(gamma, informs, p_abs, problem.defer_at_least)
+    if may_defer and not options.no_defer:
+        q_values.append(QValue(action="defer", value=actions.defer_cost(p_abs, costs)))
     return q_values
 
 

@@ -18,7 +18,8 @@ import numpy as np
 from surefetch.common.cell import InformRow
 from surefetch.planner import actions
 from surefetch.planner.actions import State
-from surefetch.planner.futures import Array, Outcomes, outcomes
+from surefetch.planner.futures import Array, outcomes
+from surefetch.planner.observed import Observed
 from surefetch.planner.outcome_grid import OutcomeGrid
 from surefetch.planner.problem import Problem
 from surefetch.planner.rivals import NONE, Stakes
@@ -40,9 +41,12 @@ class Lookahead:
         self._rows = {row.name: row for row in problem.rows}
         # Where a removal comes before every view, its axis is first and is never summed over.
         self._order = sorted(problem.rows, key=lambda row: row.kind == "view")
-        self._outcomes = {
-            row.name: outcomes(problem.future, row, problem.y0) for row in self._order
-        }
+        foreseen = problem.foreseen
+        y0 = [problem.y0[n] for n in foreseen]
+        shown = {row.name: outcomes(problem.future, row, y0) for row in self._order}
+        self._weights = {name: outcome.weight for name, outcome in shown.items()}
+        ratios = {name: outcome.ratio for name, outcome in shown.items()}
+        self._observed = Observed(self._masses, np.array(foreseen), ratios)
         self._values: dict[tuple[Taken, State], Array] = {}
         self._savings: dict[tuple[Taken, State], dict[str, Array]] = {}
         self._last: dict[tuple[Taken, State], set[str]] = {}
@@ -77,7 +81,7 @@ class Lookahead:
             return _summed(self._value(taken, state), taken.index(name), self._weight(name))
         stakes = self._stakes(taken, state)
         others = tuple(other for other in taken if other != name)
-        left = OutcomeGrid(self._masses, self._left(taken, state), self._shown(others), stakes)
+        left = OutcomeGrid(self._observed, others, self._left(taken, state), stakes)
         abstaining = stakes.resort * left.mass() - stakes.floor
         return abstaining - self._saved(taken, state)[name]
 
@@ -110,10 +114,9 @@ class Lookahead:
 
     def _pieces(self, taken: Taken) -> Iterator[slice]:
         """Ranges of tracks for the first action, so that one range has about CELLS outcomes."""
-        n_tracks = len(self._masses)
-        n_each = self._weight(taken[0])[0].size * self._weight(taken[0]).size ** (len(taken) - 1)
-        size = max(1, CELLS // n_each)
-        for start in range(0, n_tracks, size):
+        n_foreseen, n_symbols = self._weight(taken[0]).shape
+        size = max(1, CELLS // (n_symbols * (n_foreseen * n_symbols) ** (len(taken) - 1)))
+        for start in range(0, n_foreseen, size):
             yield slice(start, start + size)
 
     def _surely_absent(self, grid: OutcomeGrid, p_unobs: float) -> Array:
@@ -124,8 +127,8 @@ class Lookahead:
             return np.full_like(mass, np.inf)
         others = np.maximum(grid.heaviest(), p_unobs)
         alone = (1.0 - belief.p_abs / mass <= problem.q_hat) & (1.0 - others / mass > problem.q_hat)
-        costs = problem.costs
-        return np.where(alone, costs.defer * (mass - belief.p_abs), np.inf)
+        sure, costs = alone & (belief.p_abs / mass >= problem.defer_at_least), problem.costs
+        return np.where(sure, costs.defer * (mass - belief.p_abs), np.inf)
 
     def _stakes(self, taken: Taken, state: State) -> Stakes:
         """The rule of ending at a set of nodes, and the resort against which grasping stands."""
@@ -147,11 +150,8 @@ class Lookahead:
         )
 
     def _grid(self, taken: Taken, state: State, first: slice = slice(None)) -> OutcomeGrid:
-        total, stakes = self._left(taken, state), self._stakes(taken, state)
-        return OutcomeGrid(self._masses, total, self._shown(taken), stakes, first)
-
-    def _shown(self, taken: Taken) -> list[Outcomes]:
-        return [self._outcomes[name] for name in taken]
+        left, stakes = self._left(taken, state), self._stakes(taken, state)
+        return OutcomeGrid(self._observed, taken, left, stakes, first)
 
     def _unseen(self, taken: Taken, state: State) -> float:
         """Mass of a target that has not appeared by any of these actions."""
@@ -174,7 +174,7 @@ class Lookahead:
         return tuple(r.name for r in self._order if r.name in taken or r.name == row.name)
 
     def _weight(self, name: str) -> Array:
-        return self._outcomes[name].weight
+        return self._weights[name]
 
 
 def _summed(values: Array, action: int, weight: Array) -> Array:
