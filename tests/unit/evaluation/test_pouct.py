@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from made_up_observation import Known, observation
@@ -14,7 +15,9 @@ from surefetch.common.cases import read_cases
 from surefetch.common.errors import BadInput
 from surefetch.common.hypotheses import OBSERVATIONS
 from surefetch.common.messages import Choice, Defer, Grasp, Inform
-from surefetch.evaluation.policies.decision import gated, problem_of, ungated
+from surefetch.common.parameters import BirthCounts, Parameters
+from surefetch.evaluation.policies import decision
+from surefetch.evaluation.policies.decision import foreseen, gated, problem_of, ungated
 from surefetch.evaluation.policies.observation import Observation
 from surefetch.evaluation.policies.pouct import Pouct
 from surefetch.evaluation.policies.pouct_model import END, OVER, REST, Hypothetical, Outcomes
@@ -170,6 +173,22 @@ def test_the_gate_is_at_the_root() -> None:
         policy = Pouct(strong=strong, gate=True, simulations=200)
         assert policy.act(looked_at_all) == Defer()
         assert policy.act(observed()) in gated(observed())
+
+
+def test_strong_knows_how_often_targets_appear_whatever_its_belief_knows(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def having(n_appeared: int) -> Parameters:
+        counts = BirthCounts(with_target=(n_appeared, 0), without=(8, 0, 0), still_unseen=8)
+        births = {"right": {"open": counts, "covered": counts}}
+        return msgspec.structs.replace(observed().parameters, births=births)
+
+    monkeypatch.setattr(decision, "_counted", lambda: having(8))
+    without = observation(RIVALS, unobs=0.1, profile="paper")
+    assert foreseen(without).p_appears["right"] == pytest.approx(0.5)
+    assert set(problem_of(without).p_appears.values()) == {0.0}
+    with_its_own = replace(observed(), parameters=having(0))
+    assert foreseen(with_its_own).p_appears["right"] == pytest.approx(0.1)
 
 
 def test_what_failed_too_often_is_not_looked_for_in_the_tree() -> None:

@@ -1,6 +1,12 @@
 """What a policy is told, as the decision problem that the planner would make of it. Pure."""
 
+from dataclasses import replace
+from functools import cache
+
+from surefetch.common.cell import InformRow
 from surefetch.common.messages import Choice, Defer, Grasp, Inform
+from surefetch.common.parameters import Parameters, shipped_parameters
+from surefetch.common.policies import DEFAULT_PROFILE
 from surefetch.evaluation.policies.cheapest_first import eligible
 from surefetch.evaluation.policies.observation import AFTER_GRASP, Observation
 from surefetch.planner import actions, profiles
@@ -15,6 +21,30 @@ def problem_of(now: Observation) -> Problem:
     policy = profiles.Policy("replayed", now.profile, solve)
     errand = Errand(now.target, AFTER_GRASP, policy, now.parameters, now.cell)
     return planners_problem_of(errand, now.situation)
+
+
+def foreseen(now: Observation) -> Problem:
+    """The same, and a look may show a target that has no track, whatever the belief knows of that.
+
+    How often it does was counted on development scenes. A belief without that evidence has no such
+    number, but who plans with an outcome model of their own would know it: without it nobody ever
+    opens a container in which nothing was seen yet.
+    """
+    problem = problem_of(now)
+    if now.parameters.births is not None:
+        return problem
+    counted = _counted()
+    return replace(problem, p_appears={row.name: _p_appears(counted, row) for row in problem.rows})
+
+
+def _p_appears(parameters: Parameters, row: InformRow) -> float:
+    return parameters.p_appears(row.q, covered=row.kind == "view" and row.requires == "covered")
+
+
+@cache
+def _counted() -> Parameters:
+    """The shipped numbers that have it."""
+    return shipped_parameters(DEFAULT_PROFILE)
 
 
 def ungated(now: Observation) -> list[Choice]:

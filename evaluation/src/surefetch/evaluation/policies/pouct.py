@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from surefetch.common.errors import BadInput
 from surefetch.common.messages import Choice
-from surefetch.evaluation.policies.decision import gated, problem_of, ungated
+from surefetch.evaluation.policies.decision import foreseen, gated, problem_of, ungated
 from surefetch.evaluation.policies.observation import Observation
 from surefetch.evaluation.policies.tuning import Scalar
 
@@ -49,9 +49,7 @@ class Pouct:
         at_root = gated(now) if self.gate else ungated(now)
         if not at_root:
             return None
-        problem = problem_of(now)
-        if not self.strong:
-            problem = replace(problem, p_appears={})
+        problem = foreseen(now) if self.strong else replace(problem_of(now), p_appears={})
         choice, cost = tree.plan(
             problem,
             at_root,

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from surefetch.common.messages import Choice
-from surefetch.evaluation.policies.decision import problem_of, ungated
+from surefetch.evaluation.policies.decision import foreseen, ungated
 from surefetch.evaluation.policies.observation import Observation
 from surefetch.evaluation.policies.tampura_learning import Learned
 from surefetch.evaluation.policies.tuning import Scalar
@@ -38,7 +38,7 @@ class Tampura:
     def act(self, now: Observation) -> Choice | None:
         """The action of the lowest cost in what was learned of the moments to come."""
         learned = Learned(
-            problem_of(now), ungated(now), self.confirmed_at, self.discount, self.most_looks
+            foreseen(now), ungated(now), self.confirmed_at, self.discount, self.most_looks
         )
         learned.learn(now.rng)
         choice, cost = learned.best()
