@@ -1,5 +1,8 @@
 """The controls do what they say; the ablations are one switch each."""
 
+from dataclasses import replace
+
+import msgspec
 import numpy as np
 import pytest
 from recorded_table import RED, numbers
@@ -119,6 +122,14 @@ def test_cheapest_first_grasps_as_soon_as_the_gate_lets_it() -> None:
     assert chosen("cheapest-first", observe(RIVALS)) == Inform(name="right")
     assert chosen("cheapest-first", observe(RIVALS, used=VIEWS)) == Defer()
     assert chosen("cheapest-first", observe(SURE, feasible=(2,))) == Inform(name="right")
+
+
+def test_the_least_belief_for_a_grasp_holds_for_whoever_is_gated() -> None:
+    now = observe(SURE, used=VIEWS)
+    careful = replace(now, parameters=msgspec.structs.replace(now.parameters, commit_at_least=0.96))
+    for name in ("cheapest-first", "ours"):
+        assert chosen(name, now) == Grasp(track=1, relation="outside")
+        assert chosen(name, careful) == Defer()
 
 
 def test_chance_takes_every_admissible_action_and_no_other() -> None:

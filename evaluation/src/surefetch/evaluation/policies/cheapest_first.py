@@ -1,4 +1,4 @@
-"""Look, the cheapest first, until the conformal gate lets a grasp through."""
+"""Look, the cheapest first, until the rules of commitment let a grasp through."""
 
 from surefetch.common.joint_belief import JointBelief
 from surefetch.common.messages import Choice, Defer, Grasp, Inform
@@ -19,12 +19,14 @@ class CheapestFirst:
 
 
 def eligible(now: Observation) -> Grasp | None:
-    """The one grasp that the conformal set and the robot allow."""
+    """The one grasp that the conformal set, the least belief for a grasp and the robot allow."""
     feasible = {verdict.track for verdict in now.feasibility.grasps if verdict.feasible}
     asked = now.target.relation
     belief = JointBelief.read(now.believed.belief)
     for candidate in actions.candidates(belief, asked, now.cover):
-        sure = actions.semantically_eligible(candidate, now.believed.gamma, asked)
+        sure = actions.semantically_eligible(
+            candidate, now.believed.gamma, asked, now.parameters.commit_at_least
+        )
         if sure and candidate.track in feasible:
             return Grasp(track=candidate.track, relation=candidate.relation)
     return None
