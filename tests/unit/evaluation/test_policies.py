@@ -23,11 +23,12 @@ from surefetch.common.messages import (
     Track,
 )
 from surefetch.evaluation.policies import registry
+from surefetch.evaluation.policies.decision import gated
 from surefetch.evaluation.policies.fixed_sequence import BestFixed, FixedSequence
 from surefetch.evaluation.policies.greedy import Greedy
 from surefetch.evaluation.policies.observation import Observation
 from surefetch.planner.actions import State
-from surefetch.planner.profiles import EXTENDED
+from surefetch.planner.profiles import EXTENDED, PAPER
 
 SURE = {"1:inside": 0.01, "1:outside": 0.95, "2:inside": 0.02, "2:outside": 0.0,
         "unobs": 0.01, "abs": 0.01}  # fmt: skip
@@ -35,6 +36,8 @@ RIVALS = {"1:inside": 0.0, "1:outside": 0.4, "2:inside": 0.45, "2:outside": 0.0,
           "unobs": 0.1, "abs": 0.05}  # fmt: skip
 ABSENT = {"1:inside": 0.0, "1:outside": 0.01, "2:inside": 0.01, "2:outside": 0.0,
           "unobs": 0.01, "abs": 0.97}  # fmt: skip
+DOUBTED = {"1:inside": 0.05, "1:outside": 0.09, "2:inside": 0.09, "2:outside": 0.08,
+           "unobs": 0.09, "abs": 0.6}  # fmt: skip
 VIEWS = ("right", "close_high")
 
 
@@ -144,6 +147,17 @@ def test_chance_takes_every_admissible_action_and_no_other() -> None:
 def test_chance_may_defer_when_only_absence_is_left() -> None:
     taken = {chosen("random", observe(ABSENT, seed=seed)) for seed in range(60)}
     assert Defer() in taken
+
+
+def test_the_least_belief_in_absence_holds_for_whoever_is_gated() -> None:
+    """Absence is alone in the conformal set, and less likely than `extended` asks."""
+    now = observe(DOUBTED)
+    assert now.believed.gamma == ("abs",)
+    by_the_paper = replace(now, profile=PAPER)
+    assert gated(now) == [Inform(name="right"), Inform(name="close_high")]
+    assert Defer() in gated(by_the_paper)
+    assert Defer() not in {chosen("random", observe(DOUBTED, seed=seed)) for seed in range(60)}
+    assert Defer() in gated(observe(ABSENT))
 
 
 def test_without_the_gate_rivals_are_grasped_and_without_defer_nothing_is_left() -> None:

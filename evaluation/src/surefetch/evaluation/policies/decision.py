@@ -3,7 +3,9 @@
 from dataclasses import replace
 from functools import cache
 
-from surefetch.common.cell import InformRow
+import msgspec
+
+from surefetch.common.hypotheses import ABS
 from surefetch.common.messages import Choice, Defer, Grasp, Inform
 from surefetch.common.parameters import Parameters, shipped_parameters
 from surefetch.common.policies import DEFAULT_PROFILE
@@ -30,15 +32,10 @@ def foreseen(now: Observation) -> Problem:
     number, but who plans with an outcome model of their own would know it: without it nobody ever
     opens a container in which nothing was seen yet.
     """
-    problem = problem_of(now)
     if now.parameters.births is not None:
-        return problem
-    counted = _counted()
-    return replace(problem, p_appears={row.name: _p_appears(counted, row) for row in problem.rows})
-
-
-def _p_appears(parameters: Parameters, row: InformRow) -> float:
-    return parameters.p_appears(row.q, covered=row.kind == "view" and row.requires == "covered")
+        return problem_of(now)
+    known = msgspec.structs.replace(now.parameters, births=_counted().births)
+    return problem_of(replace(now, parameters=known))
 
 
 @cache
@@ -54,9 +51,10 @@ def ungated(now: Observation) -> list[Choice]:
 
 
 def gated(now: Observation) -> list[Choice]:
-    """What the paper's rules admit; may be nothing."""
-    grasp = eligible(now)
-    may_defer = actions.may_defer(now.believed.gamma, now.informs)
+    """What the planner's rules admit, under the least beliefs that are asked; may be nothing."""
+    grasp, informs = eligible(now), now.informs
+    p_abs, at_least = now.believed.belief[ABS], now.profile.defer_at_least
+    may_defer = actions.may_defer(now.believed.gamma, informs, p_abs, at_least)
     grasps: list[Choice] = [] if grasp is None else [grasp]
     defer = [Defer()] if may_defer else []
-    return [*grasps, *defer, *(Inform(name=row.name) for row in now.informs)]
+    return [*grasps, *defer, *(Inform(name=row.name) for row in informs)]

@@ -3,7 +3,7 @@
 Lite foresees what the paper's planner does, one track drawn from all for every look, and rolls out
 by chance. Strong foresees the categories of all tracks at once and that a target may appear that
 has no track yet, and rolls out to the best end that the history justifies. The gated variants let
-through at the root what the paper's rules admit; in the tree nothing is gated.
+through at the root what the planner's rules admit; in the tree nothing is gated.
 
 Source: Silver and Veness, Monte-Carlo Planning in Large POMDPs (2010); Zheng and Tellex, pomdp_py
 (2020), which plans.
