@@ -29,6 +29,11 @@ NO_FOLD: Final = FOLDS
 """In the place of a fold: everything was learned from."""
 
 
+def fold_of(seed: int) -> int:
+    """The fold of a scene. Scenes of one seed share it, whatever their family."""
+    return seed % FOLDS
+
+
 class Origin(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Where the knowledge comes from."""
 

@@ -21,6 +21,7 @@ from surefetch.evaluation.policies.introplan_knowledge import (
     Forests,
     Knowledge,
     Origin,
+    fold_of,
 )
 from surefetch.evaluation.policies.introplan_situation import OPTIONS, features
 from surefetch.evaluation.tuning.introplan_lessons import Lesson
@@ -47,12 +48,12 @@ class Table:
 
 
 def table_of(scenes: Mapping[tuple[str, int], Sequence[Lesson]]) -> Table:
-    """The lessons of all scenes; those of one seed are in one fold, whatever their family."""
+    """The lessons of all scenes."""
     rows = [(seed, lesson) for (_, seed), lessons in scenes.items() for lesson in lessons]
     return Table(
         np.array([features(lesson.met.now, lesson.met.view) for _, lesson in rows]),
         np.array([lesson.right for _, lesson in rows]),
-        np.array([seed % FOLDS for seed, _ in rows], np.uint8),
+        np.array([fold_of(seed) for seed, _ in rows], np.uint8),
     )
 
 

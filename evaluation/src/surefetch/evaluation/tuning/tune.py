@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 from surefetch.common.cell import simulated_cell
 from surefetch.evaluation.policies import tuning
+from surefetch.evaluation.policies.introplan_knowledge import FOLDS, fold_of
 from surefetch.evaluation.policies.registry import HELD_OUT
 from surefetch.evaluation.policies.tuning import Tuned, TunedOn, Values
 from surefetch.evaluation.recordings import recording_store
@@ -18,8 +18,6 @@ from surefetch.evaluation.replaying.results import EpisodeResult
 from surefetch.evaluation.replaying.scene import RecordedScene, ready
 from surefetch.evaluation.tuning.best_sequence import Ends, choose, ends_of
 from surefetch.evaluation.tuning.tally import Tally
-
-FOLDS: Final = 5
 
 Watch = Callable[[Iterable[list[EpisodeResult]]], Iterable[list[EpisodeResult]]]
 """Passes results on, scene by scene, and shows how far it got."""
@@ -40,11 +38,6 @@ class Setting:
         """As a campaign takes it."""
         fold = {} if self.held_out is None else {HELD_OUT: self.held_out}
         return f"{tuning.written(self.policy, {**self.values, **fold})}{WITH}{self.profile}"
-
-
-def fold_of(seed: int) -> int:
-    """The fold of a scene. Scenes of one seed share it, whatever their family."""
-    return seed % FOLDS
 
 
 def settings_of(one: Contender) -> list[Setting]:
