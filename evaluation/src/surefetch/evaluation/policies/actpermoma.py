@@ -30,13 +30,13 @@ from surefetch.evaluation.policies.matching import (
     grasp,
     grip_on,
     is_match,
+    suiting,
 )
 from surefetch.evaluation.policies.observation import Observation
 from surefetch.evaluation.policies.tuning import Scalar
 from surefetch.evaluation.policies.unseen import Outlook, views_taken
 from surefetch.evaluation.policies.voxels import N_VOXELS, Marks, Voxels
 from surefetch.evaluation.recordings.free_space import FILLED, SHAPE
-from surefetch.planner.actions import compatible_with
 
 Weights = NDArray[np.float64]
 """(voxels,)"""
@@ -161,9 +161,8 @@ def _shares(now: Observation) -> dict[Relation, float]:
 
 def _mass(now: Observation, track: Track) -> float:
     """Belief that a track is the target, standing as asked."""
-    suiting = zip(RELATIONS, compatible_with(now.target.relation), strict=True)
     belief = now.believed.belief
-    return sum(belief[tracked(track.id, relation)] for relation, suits in suiting if suits)
+    return sum(belief[tracked(track.id, stands)] for stands in suiting(now.target.relation))
 
 
 def _spread(weight: Weights, mass: float, voxels: Voxels) -> None:

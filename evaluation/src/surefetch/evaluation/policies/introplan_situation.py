@@ -24,8 +24,8 @@ from surefetch.common.hypotheses import (
     tracked,
 )
 from surefetch.common.messages import Choice, Defer, Grasp, Inform
+from surefetch.evaluation.policies.matching import suiting
 from surefetch.evaluation.policies.observation import Observation
-from surefetch.planner.actions import compatible_with
 
 GRASP_FIRST: Final = 0
 GRASP_SECOND: Final = 1
@@ -58,11 +58,7 @@ def candidates(now: Observation) -> list[Candidate]:
     """All tracks, the most probable first; the older first of equals."""
     grasps = {(grip.track, grip.relation) for grip in now.grasps}
     belief, y0 = now.believed.belief, {track.id: track.y0 for track in now.believed.tracks}
-    suits = [
-        relation
-        for relation, allowed in zip(RELATIONS, compatible_with(now.target.relation), strict=True)
-        if allowed
-    ]
+    suits = suiting(now.target.relation)
     found = []
     for track in sorted(y0):
         relation = max(suits, key=lambda r: belief[tracked(track, r)])

@@ -35,6 +35,12 @@ def is_unread(y: str, asked: AskedRelation) -> bool:
     return y.startswith("U") or (y == "MU" and asked != "any")
 
 
+def suiting(asked: AskedRelation) -> list[Relation]:
+    """The relations that the instruction allows."""
+    allowed = zip(RELATIONS, compatible_with(asked), strict=True)
+    return [relation for relation, suits in allowed if suits]
+
+
 def grip_on(now: Observation, track: Track, stands: Relation | None = None) -> Grip | None:
     """The open grasp of a track, in this relation where that is open; or else the likelier one.
 
@@ -53,8 +59,7 @@ def grasp(grip: Grip) -> Grasp:
 def best(now: Observation) -> Grip | None:
     """The hypothesis with a track that suits the instruction and is believed most."""
     belief = now.believed.belief
-    suiting = zip(RELATIONS, compatible_with(now.target.relation), strict=True)
-    relations = [relation for relation, suits in suiting if suits]
+    relations = suiting(now.target.relation)
     grips = [
         Grip(track.id, relation, belief[tracked(track.id, relation)])
         for track in now.believed.tracks

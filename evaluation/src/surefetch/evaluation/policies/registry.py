@@ -26,7 +26,7 @@ from surefetch.evaluation.policies.exhaustive_look import ExhaustiveLook
 from surefetch.evaluation.policies.fixed_sequence import BestFixed
 from surefetch.evaluation.policies.greedy import Greedy
 from surefetch.evaluation.policies.introplan import IntroPlan
-from surefetch.evaluation.policies.introplan_chances import KNOWNO, LITE, STRONG
+from surefetch.evaluation.policies.introplan_chances import KNOWNO, LITE
 from surefetch.evaluation.policies.observation import Policy
 from surefetch.evaluation.policies.planned import Planned
 from surefetch.evaluation.policies.pouct import Pouct
@@ -95,9 +95,9 @@ POLICIES: Final[dict[str, Entry]] = {
     "cheapest-first": Entry(CheapestFirst),
     "greedy": Entry(Greedy),
     "greedy-threshold": Entry(partial(Greedy, at_least=AT_LEAST), scalars=(TAU,)),
-    STRONG: Entry(IntroPlan, scalars=introplan.SCALARS, cross_fitted=True),
-    LITE: Entry(partial(IntroPlan, LITE), cross_fitted=True),
-    KNOWNO: Entry(partial(IntroPlan, KNOWNO)),
+    "introplan-strong": Entry(IntroPlan, scalars=introplan.SCALARS, cross_fitted=True),
+    "introplan-lite": Entry(partial(IntroPlan, LITE), cross_fitted=True),
+    "knowno": Entry(partial(IntroPlan, KNOWNO)),
     "tampura": Entry(Tampura, scalars=tampura.SCALARS),
     "tampura-undiscounted": Entry(
         partial(Tampura, discount=1.0, most_looks=HORIZON), scalars=tampura.SCALARS
