@@ -16,6 +16,15 @@ def test_every_unit_is_done(tmp_path: Path, cores: int) -> None:
     assert sorted(spread.over_cores(work, units, cores, done)) == [u.name for u in units]
 
 
+@pytest.mark.timeout(60)
+def test_workers_are_replaced_and_every_unit_is_still_done(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(spread, "UNITS_PER_WORKER", 2)
+    units = [Unit(tmp_path, f"unit {n}") for n in range(9)]
+    assert sorted(spread.over_cores(work, units, 2, done)) == [u.name for u in units]
+
+
 def test_a_killed_worker_costs_nothing_but_its_unit_again(tmp_path: Path) -> None:
     units = [Unit(tmp_path, f"unit {n}", dies=int(n == 1)) for n in range(4)]
     list(spread.over_cores(work, units, 2, done))

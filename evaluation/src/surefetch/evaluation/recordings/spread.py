@@ -18,7 +18,11 @@ D = TypeVar("D")
 
 ONE_THREAD: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 UNITS_PER_WORKER: Final = 40
-"""A worker is replaced after so many: a renderer keeps some memory of every scene."""
+"""Workers are replaced after so many: a renderer keeps some memory of every scene.
+
+A new pool is made for them. The pool's own `max_tasks_per_child` stands still for good when all
+workers of Python 3.11 end at once.
+"""
 MOST_LOSSES: Final = 3
 """Workers that may be lost before the machine, and not chance, is to blame."""
 
@@ -52,8 +56,14 @@ def over_cores(
 def _once(work: Callable[[J], D], units: Sequence[J], cores: int) -> Iterator[D]:
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")
+    size = cores * UNITS_PER_WORKER
+    for start in range(0, len(units), size):
+        yield from _portion(work, units[start : start + size], cores)
+
+
+def _portion(work: Callable[[J], D], units: Sequence[J], cores: int) -> Iterator[D]:
     fresh = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(cores, mp_context=fresh, max_tasks_per_child=UNITS_PER_WORKER) as pool:
+    with ProcessPoolExecutor(cores, mp_context=fresh) as pool:
         running = [pool.submit(work, unit) for unit in units]
         try:
             for one in as_completed(running):
