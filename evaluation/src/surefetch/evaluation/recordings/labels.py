@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from surefetch.common import mask
 from surefetch.common.messages import Mask, Observations
 
 
@@ -21,9 +22,8 @@ def bodies_under(
     return {one.id: _under(one.mask, segmentation, names) for one in seen.detections}
 
 
-def _under(mask: Mask, segmentation: NDArray[np.int16], names: Sequence[str]) -> str | None:
-    flat = np.repeat(np.arange(len(mask.counts)) % 2 == 1, mask.counts)
-    labels = segmentation.ravel(order="F")[flat]
+def _under(outline: Mask, segmentation: NDArray[np.int16], names: Sequence[str]) -> str | None:
+    labels = segmentation[mask.decode(outline)]
     bodies = labels[labels >= 0]
     if not len(bodies):
         return None

@@ -76,7 +76,7 @@ def load(folder: Path, family: str, seed: int) -> Recording:
     path = folder / f"{_stem(family, seed)}{SUFFIX}"
     try:
         recording = codec.decode(path.read_bytes(), Recording, max_bytes=MAX_BYTES)
-    except CodecError as error:
+    except (CodecError, OSError) as error:
         raise BadInput(f"{path} is no readable recording: {error}\n  Record it again.") from None
     if recording.format != FORMAT:
         raise BadInput(

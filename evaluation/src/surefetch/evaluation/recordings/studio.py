@@ -132,10 +132,6 @@ class Studio:
         reached = states(self._simulated.covered(), self._cell)
         return tuple(self._state(state)[0] for state in reached)
 
-    def look(self, view: str) -> Observations:
-        """Drive to a view, capture and perceive."""
-        return self.perceive(self.capture(view))
-
     def _state(self, state: State) -> tuple[Shot, ShotTruth, Picture]:
         """One state, captured and perceived."""
         if state.cover == "open" and self._simulated.covered():
