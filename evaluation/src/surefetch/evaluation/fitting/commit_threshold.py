@@ -6,7 +6,8 @@ this bounds what matters, the rate of episodes in which a wrong object is graspe
 Source: Angelopoulos et al., Learn then test (2021): thresholds are hypotheses "the rate is above
 AT_MOST", tested one after the other from the safest down, each by an exact binomial bound; the
 first that cannot be rejected ends it. Then the chance that the chosen one's rate is above AT_MOST
-is below DELTA, for episodes like those it was tried on.
+is below DELTA, for episodes like those it was tried on. `study commit` tries them on development,
+where the belief was fitted as well, so that of new episodes it promises somewhat too much.
 """
 
 from collections.abc import Sequence

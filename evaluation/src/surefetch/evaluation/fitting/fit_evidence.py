@@ -64,7 +64,7 @@ def count(looks: Sequence[Look], truth: RecordingTruth, asked: AskedRelation) ->
     container's boundary, are left out.
 
     Args:
-        looks: along the exhaustive path.
+        looks: along the sequence that sees the most.
         truth: the scorer's file of the scene.
         asked: the relation that the instruction names.
     """
