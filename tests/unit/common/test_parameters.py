@@ -104,6 +104,7 @@ def _written() -> bytes:
         (broken(attribute_evidence__membership__center={"inside": [1, 2]}), "length 3"),
         (broken(attribute_evidence__distractors__any={"color": {"inside": [1]}}), "2 counts"),
         (broken(attribute_evidence__distractors__any={"shape color": {}}), "in that order"),
+        (broken(attribute_evidence=None), "company needs attribute_evidence"),
         (broken(asked_prior__any__relation={"inside": 1.0}), "relation"),
     ],
 )

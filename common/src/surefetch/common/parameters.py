@@ -289,6 +289,8 @@ def _check_words(parameters: Parameters) -> None:
     for priors in (parameters.priors, *_conditioned(parameters)):
         if set(priors.relation) != set(RELATIONS):
             raise ValueError(f"the relation of every prior must have {', '.join(RELATIONS)}")
+    if parameters.company is not None and parameters.attribute_evidence is None:
+        raise ValueError("company needs attribute_evidence")
     if FULL not in parameters.calibrations:
         raise ValueError(f'calibrations must have "{FULL}"')
 
