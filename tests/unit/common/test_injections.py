@@ -57,12 +57,14 @@ def test_looks_deliveries_and_put_backs_are_never_struck() -> None:
     assert [kind_of(verb, CELL) for verb in named] == ["view", "cover", "grasp"]
 
 
-@pytest.mark.parametrize("word", ["view@1", "grasp@2", "cover@0.25", "view@1.0"])
+@pytest.mark.parametrize("word", ["view@1", "grasp@2", "cover@0.25", "view@0.0001", "view@1.0"])
 def test_what_is_injected_can_be_said_and_read(word: str) -> None:
     assert told([parse(word)]) == word
 
 
-@pytest.mark.parametrize("word", ["", "view", "view@", "view@0", "view@-1", "view@2.0", "lid@1"])
+@pytest.mark.parametrize(
+    "word", ["", "view", "view@", "view@0", "view@-1", "view@2.0", "view@1e-5", "lid@1"]
+)
 def test_what_cannot_be_injected_is_refused(word: str) -> None:
     with pytest.raises(BadInput, match="grasp@1"):
         parse(word)

@@ -27,7 +27,7 @@ def parse(word: str) -> Injection:
     kind, _, when = word.partition("@")
     if kind in KINDS and re.fullmatch(r"[1-9][0-9]?", when):
         return Injection(kind=kind, occurrence=int(when))
-    if kind in KINDS and re.fullmatch(r"0\.[0-9]{1,6}|1\.0", when) and float(when) > 0.0:
+    if kind in KINDS and re.fullmatch(r"0\.[0-9]{1,4}|1\.0", when) and float(when) > 0.0:
         return Injection(kind=kind, rate=float(when))
     raise BadInput(
         f'"{word[:80]}" is no failure to inject. Name the kind and the attempt, counted from 1, '
