@@ -6,12 +6,13 @@ import pytest
 from recorded_table import numbers, record
 from scripted_table import Table, thing
 
+from surefetch.belief.episode import EpisodeBelief, rules_of, step
 from surefetch.common.cell import simulated_cell
 from surefetch.common.errors import BadInput
 from surefetch.common.injections import Injector
 from surefetch.common.messages import Feasibility
-from surefetch.common.parameters import FULL, shipped_parameters
-from surefetch.evaluation.fitting.variants import fresh_variant
+from surefetch.common.parameters import shipped_parameters
+from surefetch.evaluation.fitting import sequences
 from surefetch.evaluation.recordings.histories import (
     Known,
     histories,
@@ -20,7 +21,6 @@ from surefetch.evaluation.recordings.histories import (
 )
 from surefetch.evaluation.recordings.recording import Looks, Recording, State, paths, states
 from surefetch.evaluation.recordings.studio import Studio
-from surefetch.evaluation.recordings.walk import walk
 from surefetch.evaluation.replaying.beliefs import Heard
 from surefetch.evaluation.replaying.live_world import LiveWorld
 from surefetch.evaluation.scenes.generate import GeneratedScene, generate
@@ -60,12 +60,13 @@ def test_histories_are_those_of_all_sequences_and_of_each_state_alone(
 def test_the_tracks_that_are_judged_are_the_belief_s() -> None:
     table = Table([thing(0.9, -0.1), thing(0.9, 0.1, "other", right="unread")])
     recording, truth = record(table, wanted=0)
-    parameters = numbers("extended")
-    for path in paths(False, CELL):
-        believe = fresh_variant(parameters, FULL, 0.9)
-        *_, last = walk(recording, truth, path, CELL, believe, profile="extended")
+    begin = EpisodeBelief(rules_of(numbers("extended"), recording.target.relation))
+    every = paths(False, CELL)
+    believed = sequences.looks_along(recording, truth, every, CELL, begin, step, profile="extended")
+    for path in every:
         judged = known(recording, looks_along(path, False, CELL)).tracks
-        assert [(t.id, t.last_detection, t.center_world_m) for t in last.reply.tracks] == [
+        tracks = believed[path][-1].reply.tracks
+        assert [(t.id, t.last_detection, t.center_world_m) for t in tracks] == [
             (t.id, t.last_detection, t.center_world_m) for t in judged
         ]
 

@@ -1,5 +1,6 @@
 """Beliefs with one thing taken out, and a threshold for each."""
 
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -7,6 +8,7 @@ import pytest
 from recorded_table import numbers, record, save
 from scripted_table import CELL, Table, thing, thing_inside
 
+from surefetch.belief.episode import EpisodeBelief
 from surefetch.common.parameters import (
     FULL,
     PROFILES,
@@ -16,16 +18,23 @@ from surefetch.common.parameters import (
     write_parameters,
 )
 from surefetch.evaluation.fitting import calibrate, calibrate_command
+from surefetch.evaluation.fitting.sequences import beginnings, looks_along
 from surefetch.evaluation.fitting.variants import (
     FACTORIZED,
     NO_MEMORY,
     POOLED_VIEWS,
     VARIANTS,
-    fresh_variant,
+    believed,
     remembers,
+    rules_for,
 )
-from surefetch.evaluation.recordings.recording import exhaustive_path, paths
-from surefetch.evaluation.recordings.walk import Look, walk
+from surefetch.evaluation.recordings.recording import (
+    Recording,
+    RecordingTruth,
+    exhaustive_path,
+    paths,
+)
+from surefetch.evaluation.recordings.walk import Look
 
 TABLE = Table(
     (thing(0.9, -0.1, center="unread", right="hidden"), thing(0.9, 0.1, "other", right="match"))
@@ -43,11 +52,21 @@ def unlike_views() -> Parameters:
 
 
 def walked(variant: str, path: tuple[str, ...], parameters: Parameters) -> list[Look]:
-    recording, truth = record(TABLE, wanted=0)
-    return walk(
-        recording, truth, path, CELL, fresh_variant(parameters, variant, 0.9),
-        profile="paper", remembers=remembers(variant),
-    )  # fmt: skip
+    return along(*record(TABLE, wanted=0), path, parameters, variant)
+
+
+def along(
+    recording: Recording,
+    truth: RecordingTruth,
+    path: tuple[str, ...],
+    parameters: Parameters,
+    variant: str = FULL,
+) -> list[Look]:
+    begin = EpisodeBelief(rules_for(parameters, recording.target.relation, variant, 0.9))
+    return looks_along(
+        recording, truth, beginnings(path), CELL, begin, partial(believed, variant=variant),
+        profile=parameters.profile, remembers=remembers(variant),
+    )[path]  # fmt: skip
 
 
 def beliefs(variant: str, path: tuple[str, ...], parameters: Parameters) -> list[dict[str, float]]:
@@ -111,13 +130,10 @@ def test_extended_is_calibrated_on_the_worst_look_of_any_sequence(
     worst = {
         path: max(
             1.0 - look.reply.belief[look.truth]
-            for look in walk(
-                recording, truth, path, CELL, fresh_variant(numbers_of, FULL, 0.9),
-                profile="extended",
-            )
+            for look in along(recording, truth, path, numbers_of)
         )
         for path in paths(True, CELL, views_while_covered=True)
-    }  # fmt: skip
+    }
     made = read_parameters(tmp_path / "extended.json").calibration()
     assert made.scores is not None
     assert made.scores.largest == max(worst.values())

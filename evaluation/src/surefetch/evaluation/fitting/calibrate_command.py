@@ -26,7 +26,7 @@ from surefetch.common.parameters import (
 )
 from surefetch.evaluation.fitting import calibrate
 from surefetch.evaluation.fitting.provenance import one_backend, provenance
-from surefetch.evaluation.fitting.sequences import allowed_sequences, looks_along
+from surefetch.evaluation.fitting.sequences import allowed_sequences, beginnings, looks_along
 from surefetch.evaluation.fitting.variants import VARIANTS, believed, remembers, rules_for
 from surefetch.evaluation.recordings import recording_store, splits
 from surefetch.evaluation.recordings.recording import (
@@ -116,6 +116,5 @@ def _looks(
 def _sequences(recording: Recording, profile: str, cell: Cell) -> list[tuple[str, ...]]:
     """The sequences whose last looks count, each after its beginnings."""
     if profile == "paper":
-        path = exhaustive_path(recording.covered, cell)
-        return [path[:n] for n in range(len(path) + 1)]
+        return beginnings(exhaustive_path(recording.covered, cell))
     return allowed_sequences(recording, profile, cell)

@@ -2,15 +2,19 @@
 
 import argparse
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 from rich.progress import track
 
-from surefetch.belief.episode import EpisodeBelief, step
+from surefetch.belief.episode import EpisodeBelief, Rules, step
+from surefetch.belief.evidence import CategoryEvidence
+from surefetch.belief.filter import Model
 from surefetch.common.cell import Cell, simulated_cell
+from surefetch.common.emission import Emission
 from surefetch.common.errors import BadInput
 from surefetch.common.parameters import (
     FULL,
@@ -23,13 +27,15 @@ from surefetch.common.parameters import (
     write_parameters,
 )
 from surefetch.evaluation.fitting import evidence_gain, fit, trials
-from surefetch.evaluation.fitting.believe import BEFORE_FITTING
 from surefetch.evaluation.fitting.evidence_switches import SWITCHES, turned_on
 from surefetch.evaluation.fitting.provenance import one_backend, provenance
 from surefetch.evaluation.fitting.sequences import allowed_sequences, longest, looks_along
 from surefetch.evaluation.recordings import recording_store, splits
 from surefetch.evaluation.recordings.recording import Recording, RecordingTruth
 from surefetch.evaluation.recordings.story import Story, tell, total
+
+BEFORE_FITTING: Final = Rules(Model(CategoryEvidence(Emission({})), PRINTED), math.inf)
+"""Tracks and observations do not depend on what is fitted from them."""
 
 
 def main(argv: list[str]) -> int:

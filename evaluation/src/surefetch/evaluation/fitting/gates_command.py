@@ -9,15 +9,14 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from surefetch.belief.episode import EpisodeBelief, rules_of, step
 from surefetch.common.cell import Cell, simulated_cell
 from surefetch.common.parameters import Parameters, read_parameters, shipped_parameters
 from surefetch.evaluation.fitting import gates
-from surefetch.evaluation.fitting.believe import fresh_belief
 from surefetch.evaluation.fitting.gates import Gate, Walked
+from surefetch.evaluation.fitting.sequences import beginnings, looks_along
 from surefetch.evaluation.recordings import recording_store, splits
-from surefetch.evaluation.recordings.recording import Path as Sequence_
 from surefetch.evaluation.recordings.recording import exhaustive_path
-from surefetch.evaluation.recordings.walk import walk
 from surefetch.evaluation.running.metrics import Scored, wilson
 from surefetch.evaluation.scenes import acceptance
 from surefetch.evaluation.scenes.acceptance import Acceptance
@@ -62,13 +61,9 @@ def _walked(folder: Path, parameters: Parameters, cell: Cell) -> list[Walked]:
     for recording, truth in track(
         recording_store.load_all(folder), "believing", total=len(scenes), transient=True
     ):
-        wanted: set[Sequence_] = {(), exhaustive_path(recording.covered, cell)}
-        walks = {
-            path: walk(
-                recording, truth, path, cell, fresh_belief(parameters), profile=parameters.profile
-            )
-            for path in wanted
-        }
+        found = beginnings(exhaustive_path(recording.covered, cell))
+        begin = EpisodeBelief(rules_of(parameters, recording.target.relation))
+        walks = looks_along(recording, truth, found, cell, begin, step, profile=parameters.profile)
         walked.append(Walked(recording, truth, walks))
     return walked
 

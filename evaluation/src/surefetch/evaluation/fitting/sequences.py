@@ -25,6 +25,11 @@ def allowed_sequences(recording: Recording, profile: str, cell: Cell) -> list[Pa
     return paths(recording.covered, cell, views_while_covered=views_while_covered)
 
 
+def beginnings(path: Path) -> list[Path]:
+    """The sequence, after all that it begins with."""
+    return [path[:n] for n in range(len(path) + 1)]
+
+
 def longest(found: Iterable[Path]) -> Path:
     """The sequence that sees the most states, the first of equals."""
     return max(found, key=len)

@@ -3,7 +3,6 @@
 Each has a conformal threshold of its own. Source: EVALUATION, ablations A1 to A3.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -60,19 +59,3 @@ def believed(
     if remembers(variant):
         return step(before, update)
     return step(EpisodeBelief(before.rules), msgspec.structs.replace(update, counted=True))
-
-
-def fresh_variant(
-    parameters: Parameters, variant: str, q_hat: float
-) -> Callable[[Update], BeliefReply]:
-    """What believes one episode by a variant, look by look."""
-    belief: EpisodeBelief | None = None
-
-    def believe(update: Update) -> BeliefReply:
-        nonlocal belief
-        if belief is None:
-            belief = EpisodeBelief(rules_for(parameters, update.asked, variant, q_hat))
-        belief, reply = believed(belief, update, variant)
-        return reply
-
-    return believe

@@ -1,6 +1,6 @@
-"""A recorded scene, walked along a sequence of information actions with the robot's own belief."""
+"""A recorded scene, looked at along a sequence of information actions, as the belief hears it."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from surefetch.common.cell import Cell
@@ -12,9 +12,6 @@ from surefetch.evaluation.recordings.recording import (
     condition_after,
     state_after,
 )
-
-Believe = Callable[[Update], BeliefReply]
-"""One step of the belief service: association, birth, update, conformal set. Keeps the episode."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,29 +42,6 @@ class Look:
         }
 
 
-def walk(
-    recording: Recording,
-    truth: RecordingTruth,
-    path: Sequence[str],
-    cell: Cell,
-    believe: Believe,
-    *,
-    profile: str,
-    remembers: bool = True,
-) -> list[Look]:
-    """The first look and one after each action of the path, believed afresh from step 0.
-
-    Where the belief does not remember, a track is gone with the look that showed it.
-    """
-    looks: list[Look] = []
-    for step in range(len(path) + 1):
-        update = update_after(recording, tuple(path[:step]), cell, profile)
-        bodies = truth.bodies(state_after(path[:step], recording.covered, cell))
-        before = looks[-1] if looks else None
-        looks.append(look_of(update, believe(update), bodies, truth, before, remembers=remembers))
-    return looks
-
-
 def look_of(
     update: Update,
     reply: BeliefReply,
@@ -85,7 +59,7 @@ def look_of(
         bodies: under each detection of the capture.
         truth: the scorer's file of the scene.
         before: the look before it, if it is not the first.
-        remembers: see `walk`.
+        remembers: False: a track is gone with the look that showed it.
     """
     known = frozenset() if before is None else frozenset(t.id for t in before.reply.tracks)
     earlier = before.target_track if before is not None and remembers else None
