@@ -87,15 +87,19 @@ def compatible_with(asked: AskedRelation) -> tuple[bool, ...]:
     return tuple(asked in ("any", relation) for relation in RELATIONS)
 
 
+def heaviest(belief: JointBelief) -> list[int]:
+    """Places of the tracks by total mass, the heaviest and of equals the older first."""
+    totals = belief.p_tracked.sum(axis=1)
+    return sorted(range(len(totals)), key=lambda n: (-totals[n], n))
+
+
 def candidates(belief: JointBelief, asked: AskedRelation, state: State) -> Iterator[Candidate]:
     """Grasps whose relation suits instruction and state, among the three heaviest tracks.
 
-    Tracks rank by total mass, the older first of equals; of equal relations the first counts.
+    Of equal relations the first counts.
     """
-    totals = belief.p_tracked.sum(axis=1)
     allowed = graspable(asked, state)
-    by_mass = sorted(range(len(belief.tracks)), key=lambda n: (-totals[n], n))
-    for n in by_mass[:N_CANDIDATES]:
+    for n in heaviest(belief)[:N_CANDIDATES]:
         r = int(belief.p_tracked[n].argmax())
         if allowed[r]:
             yield Candidate(belief.tracks[n], RELATIONS[r], float(belief.p_tracked[n, r]))

@@ -8,7 +8,7 @@ from surefetch.common.cell import InformRow
 from surefetch.common.hypotheses import AskedRelation
 from surefetch.common.joint_belief import JointBelief
 from surefetch.common.messages import QValue
-from surefetch.planner.actions import Costs, State, grasp_cost
+from surefetch.planner.actions import Costs, State, grasp_cost, heaviest
 from surefetch.planner.futures import FutureModel
 
 MAX_HORIZON: Final = 3
@@ -52,7 +52,8 @@ class Problem:
     costs: Costs = field(default_factory=Costs)
     options: Options = field(default_factory=Options)
     n_foreseen: int | None = None
-    """How many tracks, the heaviest, a look is foreseen to show one of; None: all, as the paper."""
+    """How many tracks, the heaviest now, any look ahead is foreseen to show one of; None: all, as
+    the paper."""
     defer_at_least: float = 0.0
     """Least belief in absence at which abstaining is open while there is something to look at."""
     commit_at_least: float = 0.0
@@ -77,10 +78,8 @@ class Problem:
 
     @property
     def foreseen(self) -> tuple[int, ...]:
-        """Places of the tracks that a look may show one of, in order; the older first of equals."""
-        totals = self.belief.p_tracked.sum(axis=1)
-        by_mass = sorted(range(len(totals)), key=lambda n: (-totals[n], n))
-        return tuple(sorted(by_mass[: self.n_foreseen]))
+        """Places of the tracks that a look may show one of, in order."""
+        return tuple(sorted(heaviest(self.belief)[: self.n_foreseen]))
 
     @property
     def found_cost(self) -> float:

@@ -1,4 +1,4 @@
-"""The failure rules of the two profiles, and the policies that live by them. Pure."""
+"""The rules of the two profiles, and the policies that live by them. Pure."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from surefetch.planner.search import solve
 
 @dataclass(frozen=True)
 class Profile:
-    """What a failed interaction means, and when an episode has gone on for long enough."""
+    """What may be done, what a failure means, and what is foreseen, in episodes and decisions."""
 
     name: str
     tries: int
@@ -25,7 +25,7 @@ class Profile:
     views_while_covered: bool = False
     """Whether the camera may move before the cover is removed."""
     n_foreseen: int | None = None
-    """How many tracks, the heaviest, a look is foreseen to show one of; None: all."""
+    """How many tracks, the heaviest now, a look is foreseen to show one of; None: all."""
     defer_at_least: float = 0.0
     """Least belief in absence at which abstaining is open while there is something to look at."""
 
@@ -36,7 +36,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class Policy:
-    """Which action to take, and under which failure rules."""
+    """Which action to take, and under which rules."""
 
     name: str
     profile: Profile
