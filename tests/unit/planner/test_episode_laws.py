@@ -137,10 +137,11 @@ def _check_defer(table: Table, events: Sequence[Event], ended: Ended, profile: s
         return
     last = _decided(events)[-1]
     assert isinstance(last.choice, Defer)
-    if ended.steps[-1].gamma == (ABS,):
+    step, rules = ended.steps[-1], PROFILES[profile]
+    if step.gamma == (ABS,) and step.belief[ABS] >= rules.defer_at_least:
         return
     cover = "covered" if table.covered else "open"
-    for row in PROFILES[profile].rows(CELL):
+    for row in rules.rows(CELL):
         if row.requires == cover and row.name not in table.infeasible:
             assert _succeeded(table, row.name), f"{row.name} was never seen through"
 

@@ -77,6 +77,8 @@ def _held_back(errand: Errand, now: Situation, solution: Solution, hypothesis: s
         return f"{told}, but it cannot be: {verdict.refusal}, {verdict.why}".rstrip(", ")
     if verdict is None and now.cover == "covered":
         return f"{told}, but the {errand.target.container} is covered"
+    if now.believed.belief[hypothesis] < (least := errand.parameters.commit_at_least):
+        return f"{told}, but a grasp takes a belief of {least:.3f}"
     return f"{told}, but it is not the likelier place of its track, or other tracks are likelier"
 
 

@@ -1,11 +1,10 @@
 """Belief, feasibility and what was done so far → the next action, with every Q value. Pure."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Final, cast
 
 from surefetch.common.cell import InformRow
-from surefetch.common.hypotheses import ABS, Relation
+from surefetch.common.hypotheses import Relation
 from surefetch.common.joint_belief import JointBelief
 from surefetch.common.messages import (
     BeliefReply,
@@ -41,10 +40,14 @@ def decide(errand: Errand, now: Situation) -> Decision:
     """The action of the lowest cost.
 
     Where looking is blocked because it failed, and not because there is nothing left to look at,
-    abstaining would say more than is known, and is not open.
+    abstaining would say more than is known, and is open only where it is with looks to take.
     """
-    solution = errand.policy.solve(problem_of(errand, now))
-    if _looking_failed(errand, now) and solution.gamma != (ABS,):
+    problem = problem_of(errand, now)
+    solution = errand.policy.solve(problem)
+    looks = actions.expandable(errand.rows, now.cover, now.used | now.unreachable)
+    if any(row.name in now.given_up for row in looks) and not actions.may_defer(
+        solution.gamma, looks, problem.belief.p_abs, problem.defer_at_least
+    ):
         solution = _without_defer(solution)
     choice = choice_of(solution.chosen)
     return Decision(choice, solution.q_values, because.sentence(errand, now, solution))
@@ -100,13 +103,6 @@ def choice_of(chosen: QValue | None) -> Choice | None:
     if chosen.track is not None and chosen.relation is not None:
         return Grasp(track=chosen.track, relation=cast(Relation, chosen.relation))
     return Defer() if chosen.action == "defer" else Inform(name=chosen.action)
-
-
-def _looking_failed(errand: Errand, now: Situation) -> bool:
-    """Whether there is something to look at that only failures keep from being looked at."""
-    out = now.used | now.unreachable
-    possible: Iterable[InformRow] = actions.expandable(errand.rows, now.cover, out)
-    return any(row.name in now.given_up for row in possible)
 
 
 def _without_defer(solution: Solution) -> Solution:
