@@ -115,6 +115,9 @@ def test_what_a_pomdp_cannot_say_is_refused(case: PlanCase) -> None:
         appearing = replace(case.problem(), p_appears={"right": 0.1})
         with pytest.raises(ValueError, match="appear"):
             pomdpx.document(appearing, case.name)
+        if len(case.tracks) > 1:
+            with pytest.raises(ValueError, match="some tracks only"):
+                pomdpx.document(replace(case.problem(), n_foreseen=1), case.name)
     else:
         with pytest.raises(ValueError, match="cannot say"):
             pomdpx.document(case.problem(), case.name)

@@ -29,6 +29,8 @@ def refuse_what_cannot_be_said(problem: Problem) -> None:
         raise ValueError(f"a POMDP cannot say {', '.join(on)}; export the problem without")
     if any(problem.p_appears.values()):
         raise ValueError("targets that appear without a track cannot be exported")
+    if len(problem.foreseen) < len(problem.y0):
+        raise ValueError("looks that show one of some tracks only cannot be exported")
 
 
 def masses_of(problem: Problem) -> Array:
