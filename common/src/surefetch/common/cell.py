@@ -95,6 +95,10 @@ class Cell(CellValue, frozen=True):
     covered_views: tuple[InformRow, ...] = ()
     """Views to look from while the container is covered; only some profiles take them."""
 
+    def rows(self, *, views_while_covered: bool) -> tuple[InformRow, ...]:
+        """Information actions in tie order, with or without those that look at a covered one."""
+        return self.informs + (self.covered_views if views_while_covered else ())
+
     def view(self, name: str) -> View:
         """The view of this name. Raises BadInput that lists the names there are."""
         for row in self.views:
@@ -105,7 +109,7 @@ class Cell(CellValue, frozen=True):
 
     def inform(self, name: str) -> InformRow:
         """The information action of this name. Raises BadInput that lists the names there are."""
-        rows = (*self.informs, *self.covered_views)
+        rows = self.rows(views_while_covered=True)
         for row in rows:
             if row.name == name:
                 return row
@@ -135,6 +139,6 @@ def parse_cell(text: str, origin: str) -> Cell:
         cell = msgspec.convert(tomllib.loads(text), Cell)
     except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
         raise BadInput(f"cell file {origin}: {error}") from None
-    for row in (*cell.informs, *cell.covered_views):
+    for row in cell.rows(views_while_covered=True):
         cell.view(row.view)
     return cell

@@ -1,10 +1,12 @@
 """What recordings are made with, named so that two that differ in it can be told apart."""
 
 import hashlib
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
+from types import ModuleType
 from typing import Final
 
 import msgspec
@@ -16,9 +18,17 @@ from surefetch.evaluation.scenes.candidate import GENERATOR_VERSION
 GENERATOR: Final = ("surefetch.evaluation.scenes", "surefetch.executor.simulation")
 """Sources that decide what a seed's scene is and how it looks."""
 PERCEPTION: Final = ("surefetch.perception",)
-PLANNING: Final = tuple(
-    f"surefetch.executor.{part}" for part in ("robot", "motion", "grasping", "skills")
+PLANNING: Final = (
+    *(f"surefetch.executor.{part}" for part in ("robot", "motion", "grasping", "skills")),
+    "surefetch.executor.feasibility",
+    "surefetch.belief.association",
+    "surefetch.belief.tracking",
+    "surefetch.planner.estimate",
+    "surefetch.planner.looks",
+    "surefetch.evaluation.recordings.histories",
+    "surefetch.evaluation.recordings.prospects",
 )
+"""Sources that decide what the robot could do after which looks: packages and modules."""
 DIGITS: Final = 16
 
 
@@ -42,14 +52,23 @@ def made_with(cell: Cell, backend: str) -> MadeWith:
 
 
 @cache
-def _sources(packages: tuple[str, ...]) -> str:
-    """One digest of all modules of some packages, by name and content."""
+def _sources(names: tuple[str, ...]) -> str:
+    """One digest of some modules, and of all modules of some packages, by name and content."""
     parts = []
-    for package in packages:
-        for folder in map(Path, import_module(package).__path__):
-            for path in sorted(folder.rglob("*.py")):
-                parts += [str(path.relative_to(folder)).encode(), path.read_bytes()]
+    for name in names:
+        for path, said in _files(import_module(name)):
+            parts += [said.encode(), path.read_bytes()]
     return _digest(parts)
+
+
+def _files(module: ModuleType) -> Iterator[tuple[Path, str]]:
+    """A module's file, or all files of a package, each with its name within it."""
+    if not hasattr(module, "__path__"):
+        path = Path(str(module.__file__))
+        yield path, path.name
+        return
+    for folder in map(Path, module.__path__):
+        yield from ((path, str(path.relative_to(folder))) for path in sorted(folder.rglob("*.py")))
 
 
 def _digest(parts: list[bytes]) -> str:

@@ -44,7 +44,6 @@ from surefetch.evaluation.recordings.recording import (
     Looks,
     Shot,
     after,
-    rows_of,
 )
 from surefetch.executor.feasibility import judge
 from surefetch.executor.grasping.antipodal import AntipodalProposer
@@ -105,7 +104,7 @@ class Judging:
         self.emptied = Hand()
         """The hand after the first removal that was found."""
         self._cell = cell
-        self._rows = rows_of(cell, views_while_covered=True)
+        self._rows = cell.rows(views_while_covered=True)
         self._workcell = Workcell.of(cell, AntipodalProposer())
         self._plans = Plans(self._workcell)
         self._dice = (stream(*address, "motion", WHO, n) for n in count())

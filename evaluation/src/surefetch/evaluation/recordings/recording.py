@@ -195,11 +195,6 @@ def after(state: State, row: InformRow) -> State:
     return State(view=row.view, cover="open" if row.kind == "remove_cover" else state.cover)
 
 
-def rows_of(cell: Cell, *, views_while_covered: bool) -> tuple[InformRow, ...]:
-    """The information actions of a cell, in tie order; under some rules views of a covered one."""
-    return cell.informs + (cell.covered_views if views_while_covered else ())
-
-
 def admissible(state: State, used: Iterable[str], rows: Iterable[InformRow]) -> Iterator[InformRow]:
     """Information actions that a policy may take, in tie order."""
     physical = "covered" if state.cover == "closed" else "open"
@@ -209,7 +204,7 @@ def admissible(state: State, used: Iterable[str], rows: Iterable[InformRow]) -> 
 
 def paths(covered: bool, cell: Cell, *, views_while_covered: bool = False) -> list[Path]:
     """All sequences of information actions, the empty one first, each after its beginnings."""
-    rows = rows_of(cell, views_while_covered=views_while_covered)
+    rows = cell.rows(views_while_covered=views_while_covered)
 
     def grow(path: Path, state: State) -> Iterator[Path]:
         yield path

@@ -31,7 +31,7 @@ class Profile:
 
     def rows(self, cell: Cell) -> tuple[InformRow, ...]:
         """The information actions that these rules allow, in tie order."""
-        return cell.informs + (cell.covered_views if self.views_while_covered else ())
+        return cell.rows(views_while_covered=self.views_while_covered)
 
 
 @dataclass(frozen=True)
