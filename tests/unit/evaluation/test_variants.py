@@ -19,7 +19,6 @@ from surefetch.common.parameters import (
 )
 from surefetch.evaluation.fitting import calibrate, calibrate_command
 from surefetch.evaluation.fitting.sequences import beginnings, looks_along
-from surefetch.evaluation.fitting.calibrate_command import ALONG
 from surefetch.evaluation.fitting.variants import (
     FACTORIZED,
     NO_MEMORY,
@@ -150,4 +149,4 @@ def test_what_ships_is_calibrated_for_every_variant(profile: str) -> None:
     assert set(shipped.calibrations) == set(VARIANTS)
     full = shipped.calibration().provenance
     assert all(one.provenance == full for one in shipped.calibrations.values())
-    assert full.note == ALONG[profile]
+    assert full.note == calibrate_command.ALONG[profile]
