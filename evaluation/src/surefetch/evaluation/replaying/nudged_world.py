@@ -1,6 +1,7 @@
 """Live tables on which what is acted on was moved a little, and which keep what came of it."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -61,7 +62,7 @@ class Nudged(LiveWorld):
             world.put(name, T_world_thing)
         return is_clear
 
-    def _attempt(self, report: Report, before: Mapping[str, Array], carried: str | None) -> None:
+    def _attempt(self, report: Report, before: Mapping[str, Array], carried: str) -> None:
         moved = [
             _moved(T, self.simulated.world.pose(name))
             for name, T in before.items()
@@ -78,9 +79,9 @@ class Nudged(LiveWorld):
         )
 
     def _poses(self) -> dict[str, Array]:
-        return {
-            b.name: self.simulated.world.pose(b.name) for b in self.simulated.world.scene.bodies
-        }
+        """Of everything that can be moved, the lid too."""
+        world = self.simulated.world
+        return {thing.name: world.pose(thing.name) for thing in world.things if thing.mass_kg > 0.0}
 
 
 class RemovalMeasured(Nudged):
@@ -92,8 +93,8 @@ class RemovalMeasured(Nudged):
         before = self._poses()
         report = super().inform(row)
         done = report.done and not self.simulated.covered()
-        report = Report(done, duration_s=report.duration_s, why=report.why)
-        self._attempt(report, before, carried=None)
+        report = replace(report, done=done)
+        self._attempt(report, before, carried=scene_bodies.LID)
         return report
 
 
@@ -115,6 +116,8 @@ class GraspMeasured(Nudged):
         self.nudge(target)
         before = self._poses()
         report = super().grasp(grasp, state)
+        if report.done and self.simulated.held() != target:
+            report = replace(report, done=False, why="it does not hold the target")
         self._attempt(report, before, carried=target)
         return report
 
