@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Final, get_args
 
-from surefetch.common.cell import Cell
+from surefetch.common.cell import Cell, InformRow
 from surefetch.common.errors import BadInput
 from surefetch.common.messages import Grasp, Inform, InjectedKind, Injection, Verb
 from surefetch.common.streams import stream
@@ -64,9 +64,14 @@ def kind_of(verb: Verb, cell: Cell) -> InjectedKind | None:
         case Grasp():
             return "grasp"
         case Inform(name=name):
-            return "cover" if cell.inform(name).kind == "remove_cover" else "view"
+            return kind_of_action(cell.inform(name))
         case _:
             return None
+
+
+def kind_of_action(row: InformRow) -> InjectedKind:
+    """What kind of attempt an information action is."""
+    return "cover" if row.kind == "remove_cover" else "view"
 
 
 def told(injections: Iterable[Injection]) -> str:

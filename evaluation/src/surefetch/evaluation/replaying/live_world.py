@@ -10,7 +10,7 @@ from typing import Final, Self, TypeVar
 
 from surefetch.common.cell import InformRow
 from surefetch.common.errors import BadInput, SurefetchError
-from surefetch.common.injections import Injector
+from surefetch.common.injections import Injector, kind_of_action
 from surefetch.common.messages import (
     AskTruth,
     Estimate,
@@ -124,7 +124,7 @@ class LiveWorld:
 
     def inform(self, row: InformRow) -> Report:
         """Carry out an information action."""
-        if self._injector.strikes("cover" if row.kind == "remove_cover" else "view"):
+        if self._injector.strikes(kind_of_action(row)):
             self._at_view = False
             return Report(done=False, injected=True)
         return self.try_inform(row)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from surefetch.common.cell import InformRow
 from surefetch.common.errors import BadInput
-from surefetch.common.injections import Injector
+from surefetch.common.injections import Injector, kind_of_action
 from surefetch.common.messages import (
     Estimate,
     Feasibility,
@@ -105,7 +105,7 @@ class RecordedWorld:
                 f"{self._named()}: {row.name} was tried where no cover is on, which was not "
                 "recorded."
             )
-        if self.injector.strikes("cover" if row.kind == "remove_cover" else "view"):
+        if self.injector.strikes(kind_of_action(row)):
             return Report(done=False, injected=True)
         outcome = self._came_of(row.name, NO_BODY, lambda n: self._outcomes.informs(row, n))
         if outcome.done and row.kind == "remove_cover":
