@@ -5,26 +5,17 @@ from dataclasses import replace
 
 import pytest
 from recorded_table import numbers, record
-from scripted_table import CELL, Table, scripted_cell, thing, thing_inside
+from replayed_table import NEVER_FAILS, TABLES
+from scripted_table import CELL, Table, scripted_cell
 
 from surefetch.common.messages import Ended, Target
 from surefetch.common.parameters import PROFILES
 from surefetch.evaluation.replaying import audit
 from surefetch.evaluation.replaying.audit import Course
 from surefetch.evaluation.replaying.contenders import contender
-from surefetch.evaluation.replaying.evaluate import Conditions, world_of
-from surefetch.evaluation.replaying.outcomes import Rates
+from surefetch.evaluation.replaying.evaluate import world_of
 from surefetch.evaluation.replaying.scene import ready
 from surefetch.evaluation.replaying.sitting import Sitting
-
-NEVER_FAILS = Conditions(rates=Rates(1.0, 1.0, 1.0))
-UNREAD_FIRST = (thing(0.9, -0.1, center="unread"), thing(0.9, 0.1, "other", center="unread"))
-TABLES = {
-    "one is clear": Table((thing(0.9, -0.1), thing(0.9, 0.1, "other"))),
-    "it must be looked at": Table(UNREAD_FIRST),
-    "two fit": Table((thing(0.9, -0.1), thing(0.9, 0.1))),
-    "it is under the cover": Table((thing_inside(), thing(0.8, 0.2, "other")), covered=True),
-}
 
 
 def live(table: Table) -> tuple[Course, Target]:
@@ -38,7 +29,7 @@ def live(table: Table) -> tuple[Course, Target]:
 
 
 def replayed(table: Table, target: Target, label: str = "ours") -> Course:
-    scene = ready(*record(table, wanted=0, target=target))
+    scene = ready(*record(table, wanted=0 if table.things else None, target=target))
     one = contender(label, "extended", {name: numbers(name) for name in PROFILES})
     sitting = Sitting.begin(one, scene, CELL)
     return audit.of_replay(sitting.play(world_of(scene, NEVER_FAILS), sitting.beliefs()))

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Final
 
 import msgspec
@@ -24,10 +25,13 @@ CODE: Final = (
     "surefetch.common",
     "surefetch.belief",
     "surefetch.planner",
+    "surefetch.evaluation.fitting",
     "surefetch.evaluation.policies",
+    "surefetch.evaluation.recordings",
     "surefetch.evaluation.replaying",
+    "surefetch.evaluation.running.metrics",
 )
-"""What decides how an episode is replayed."""
+"""What decides how an episode is replayed and scored: packages and modules."""
 
 
 @dataclass(frozen=True)
@@ -125,14 +129,17 @@ def code_hash(one: Contender) -> str:
 
 
 def _contents(one: Contender) -> Iterator[bytes]:
-    for name in CODE:
-        for root in import_module(name).__path__:
-            for path in sorted(Path(root).rglob("*")):
+    module, colon, _ = one.name.partition(":")
+    for name in (*CODE, module) if colon else CODE:
+        for root in _roots(import_module(name)):
+            for path in sorted(root.rglob("*")) if root.is_dir() else (root,):
                 if path.is_file() and "__pycache__" not in path.parts:
                     yield path.read_bytes()
-    module, colon, _ = one.name.partition(":")
-    if colon:
-        yield Path(str(import_module(module).__file__)).read_bytes()
+
+
+def _roots(module: ModuleType) -> list[Path]:
+    """A module's file, or the folders of a package."""
+    return [Path(root) for root in getattr(module, "__path__", (str(module.__file__),))]
 
 
 def _but_command(record: Mapping[str, Any]) -> dict[str, Any]:

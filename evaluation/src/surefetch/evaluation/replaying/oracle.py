@@ -37,24 +37,19 @@ def play_oracle(
         tried += [Try(row.name, row.cost, report) for report in reports]
         if not reports[-1].done:
             return _result(one, scene, "interaction_failed", tried)
-    reports = _persist(lambda: _grasp(world, truth.target), at_most)
+    reports = _persist(lambda: world.grasp_body(truth.target), at_most)
     tried += [Try("grasp the target", Costs().grasp, report) for report in reports]
     return _result(one, scene, "success" if reports[-1].done else "grasp_failed", tried)
 
 
-def _grasp(world: RecordedWorld, body: str | None) -> Report:
-    """An attempt; where the robot found no way to make one, it fails."""
-    try:
-        return world.grasp_body(body)
-    except OutOfRecording as error:
-        return Report(done=False, body=body, why=str(error))
-
-
 def _persist(attempt: Callable[[], Report], at_most: int) -> list[Report]:
-    """Attempts up to the first that succeeds."""
-    reports = [attempt()]
-    while not reports[-1].done and len(reports) < at_most:
-        reports.append(attempt())
+    """Attempts up to the first that succeeds; one that the robot found no way to make fails."""
+    reports: list[Report] = []
+    while len(reports) < at_most and not (reports and reports[-1].done):
+        try:
+            reports.append(attempt())
+        except OutOfRecording as error:
+            reports.append(Report(done=False, why=str(error)))
     return reports
 
 
