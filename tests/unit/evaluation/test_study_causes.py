@@ -1,12 +1,11 @@
 """Each failure is laid at the door where the target's story went wrong."""
 
 import made_up_episode
-import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from surefetch.common.messages import Acted, Assigned, BeliefReply, Ended, Event
-from surefetch.evaluation.running.causes import Findings, bodies_under, findings
+from surefetch.evaluation.running.causes import Findings, findings
 from surefetch.evaluation.running.metrics import Verdict
 
 DEFERRED = replace(
@@ -114,13 +113,3 @@ def test_an_action_that_failed_is_named() -> None:
     events = (Event(episode="e", seq=0, step=2, happening=acted),)
     told = found("grasp_failed", GRASPED, [], {}, events=events)
     assert (told.cause, told.why) == ("execution", "step 2: grasp failed: it slipped")
-
-
-def test_the_body_under_a_detection_is_that_of_most_of_its_pixels() -> None:
-    detection = made_up_episode.detection(0, 0)
-    segmentation = np.full((120, 160), -5, np.int16)
-    segmentation[40:70, 20:50] = 1
-    segmentation[40:50, 20:50] = 0
-    assert bodies_under([detection], segmentation, ["a", "b"]) == {detection.id: "b"}
-    segmentation[40:70, 20:50] = -2
-    assert bodies_under([detection], segmentation, ["a", "b"]) == {detection.id: None}

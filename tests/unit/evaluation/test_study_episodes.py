@@ -4,12 +4,18 @@ import json
 from pathlib import Path
 from typing import Any
 
+import made_up_episode
 import pytest
+from msgspec.structs import replace
 
+from surefetch.common.cell import simulated_cell
 from surefetch.common.errors import BadInput
+from surefetch.common.messages import ActionRecord
 from surefetch.evaluation.fitting import fit_command as study_fit
 from surefetch.evaluation.running import study_episodes
 from surefetch.evaluation.running.metrics import VERDICTS, Verdict
+from surefetch.evaluation.running.study_episode import _cost
+from surefetch.planner.actions import Costs
 
 
 def row(family: str, seed: int, verdict: Verdict, **more: Any) -> dict[str, Any]:
@@ -23,6 +29,13 @@ def test_every_episode_is_in_one_class() -> None:
     told = study_episodes.report(rows)
     assert sum(told["families"]["covered"]["classes"].values()) == len(VERDICTS)
     assert told["all"]["successes"] == 1
+
+
+def test_a_look_under_the_cover_has_its_cost_too() -> None:
+    cell, words = simulated_cell(), ("look", "right_covered", "grasp")
+    acted = tuple(ActionRecord(action=word, status="done", duration_s=1.0) for word in words)
+    took = replace(made_up_episode.ended(), actions=acted)
+    assert _cost(took, cell) == pytest.approx(cell.inform("right_covered").cost + Costs().grasp)
 
 
 def test_an_episode_that_did_not_begin_does_not_count() -> None:

@@ -4,23 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from surefetch.common.hypotheses import ABS, UNOBS, Relation, tracked
-from surefetch.common.mask import decode
-from surefetch.common.messages import (
-    Acted,
-    BeliefReply,
-    Decided,
-    Detection,
-    Ended,
-    Event,
-)
+from surefetch.common.messages import Acted, BeliefReply, Decided, Ended, Event
 from surefetch.evaluation.running.metrics import Verdict
 
 Cause = Literal["perception", "association", "belief", "planning", "execution", "infrastructure"]
-NO_BODY: Final = -1
 MATCHES: Final[dict[Relation, str]] = {"inside": "MI", "outside": "MO"}
 """The observation that a target deserves, by its relation."""
 
@@ -65,21 +53,6 @@ class _Story:
     """Bodies under the detections of each track, in order."""
     latest: dict[int, str] = field(default_factory=dict)
     """The newest counted observation of each track."""
-
-
-def bodies_under(
-    detections: Sequence[Detection], segmentation: NDArray[np.int16], names: Sequence[str]
-) -> dict[str, str | None]:
-    """The body under each detection, by the majority of its mask; None: no body."""
-    return {d.id: _majority(segmentation[decode(d.mask)], names) for d in detections}
-
-
-def _majority(pixels: NDArray[np.int16], names: Sequence[str]) -> str | None:
-    if len(pixels) == 0:
-        return None
-    values, counts = np.unique(pixels, return_counts=True)
-    most = int(values[np.argmax(counts)])
-    return names[most] if most > NO_BODY else None
 
 
 def findings(

@@ -11,13 +11,14 @@ from surefetch.common.errors import InfrastructureError
 from surefetch.common.journal import parse_journal
 from surefetch.common.messages import AskTruth, BeliefReply, Ended, Event, Injection, Instruct
 from surefetch.common.topics import BELIEF, TRUTH, UPDATE
+from surefetch.evaluation.recordings import labels
 from surefetch.evaluation.running import artifacts, scoring, summary
 from surefetch.evaluation.running import causes as study_causes
 from surefetch.evaluation.running.live import Finished, Live
 from surefetch.evaluation.scenes.generate import GeneratedScene, generate
+from surefetch.planner.actions import Costs
 
 TRUTH_S: Final = 10.0
-GRASP_COST: Final = 0.008
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ def _findings(
             truth = live.cell.bus.ask(TRUTH, AskTruth(frame=frame), timeout_s=TRUTH_S)
             if truth.segmentation is not None:
                 names = [body.name for body in truth.bodies]
-                under |= study_causes.bodies_under(seen.detections, truth.segmentation, names)
+                under |= labels.bodies_under(seen, truth.segmentation, names)
     return study_causes.findings(
         score.verdict,
         finished.ended,
@@ -124,7 +125,8 @@ def _replies(finished: Finished) -> list[BeliefReply]:
 
 def _cost(ended: Ended, cell: Cell) -> float:
     """The planner's constants of the actions that were taken."""
-    costs = {row.name: row.cost for row in cell.informs} | {"grasp": GRASP_COST}
+    rows = cell.rows(views_while_covered=True)
+    costs = {row.name: row.cost for row in rows} | {"grasp": Costs().grasp}
     return sum(costs.get(action.action, 0.0) for action in ended.actions)
 
 
