@@ -11,14 +11,13 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Final, Self
+from typing import Final
 
 import numpy as np
 
 from surefetch.common.cell import Cell
 from surefetch.common.errors import InfrastructureError
-from surefetch.common.geometry import Array, rigid, rotation_z
+from surefetch.common.geometry import Array
 from surefetch.common.messages import (
     AskTruth,
     Capture,
@@ -29,7 +28,7 @@ from surefetch.common.messages import (
     Truth,
 )
 from surefetch.common.topics import FRAME
-from surefetch.evaluation.recordings import labels as recording_labels
+from surefetch.evaluation.recordings.bench import Bench
 from surefetch.evaluation.recordings.desk import Desk
 from surefetch.evaluation.recordings.free_space import FreeSpace, seen_in
 from surefetch.evaluation.recordings.made_with import made_with
@@ -47,23 +46,11 @@ from surefetch.evaluation.recordings.recording import (
 from surefetch.evaluation.scenes import rejection
 from surefetch.evaluation.scenes.body_matches import body_matches
 from surefetch.evaluation.scenes.generate import GeneratedScene
-from surefetch.executor.grasping.antipodal import AntipodalProposer
 from surefetch.executor.ports import Trajectory
 from surefetch.executor.robot import kinematics, views
-from surefetch.executor.service import ExecutorService
-from surefetch.executor.simulation import scene_bodies
-from surefetch.executor.simulation.pybullet_cell import PybulletCell
-from surefetch.executor.simulation.pybullet_devices import pybullet_devices
-from surefetch.executor.simulation.pybullet_world import STEP_S
-from surefetch.executor.simulation.scorer_questions import Simulation
-from surefetch.executor.skills.situation import Workcell
-from surefetch.perception.backends import BACKENDS
-from surefetch.perception.frame_geometry import LatestGeometry
-from surefetch.perception.service import PerceptionService
 
 MOVE_S: Final = 1.0
 SAMPLES: Final = 60
-LID_RESTS_S: Final = 0.25
 MOVED_M: Final = 0.002
 """A body that has moved farther than this was touched by the arm."""
 WHO: Final = "recording"
@@ -78,38 +65,14 @@ class Recorded:
     pictures: Pictures
 
 
-class Studio:
-    """One scene on the simulated table, an executor and a perception beside it."""
+class Studio(Bench):
+    """Where one scene is recorded."""
 
     def __init__(self, generated: GeneratedScene, cell: Cell, backend: str) -> None:
         self._generated = generated
-        self._cell = cell
-        self._desk = desk = Desk(f"{generated.scene.family}-{generated.scene.seed}")
-        self._simulated = PybulletCell(cell)
-        self._devices = pybullet_devices(self._simulated)
-        self._executor = ExecutorService(
-            Workcell.of(cell, AntipodalProposer()),
-            self._devices,
-            desk,
-            backend="pybullet",
-            simulated=Simulation(self._simulated),
-        )
-        desk.seat(self._executor.handles)
-        geometry = LatestGeometry()
-        self._perception = PerceptionService(desk, BACKENDS[backend](geometry), geometry)
-        self._executor.load_scene(generated.scene)
+        self._desk = Desk(f"{generated.scene.family}-{generated.scene.seed}")
+        super().__init__(generated.scene, cell, backend, self._desk)
         self._spent_s: dict[str, float] = {}
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._simulated.close()
 
     def record(self) -> Recorded:
         """Every state that can be reached, once, and what the robot could do after each history.
@@ -117,8 +80,8 @@ class Studio:
         Raises:
             InfrastructureError: the arm touched something on its way.
         """
-        covered, before = self._simulated.covered(), self._truth()
-        seen = [self._state(state) for state in states(covered, self._cell)]
+        covered, before = self.simulated.covered(), self._truth()
+        seen = [self._state(state) for state in states(covered, self.cell)]
         self._check_nothing_moved(before)
         shots = tuple(shot for shot, _, _ in seen)
         return Recorded(
@@ -129,12 +92,12 @@ class Studio:
 
     def shots(self) -> tuple[Shot, ...]:
         """Every state that can be reached, and nothing else of the scene."""
-        reached = states(self._simulated.covered(), self._cell)
+        reached = states(self.simulated.covered(), self.cell)
         return tuple(self._state(state)[0] for state in reached)
 
     def _state(self, state: State) -> tuple[Shot, ShotTruth, Picture]:
         """One state, captured and perceived."""
-        if state.cover == "open" and self._simulated.covered():
+        if state.cover == "open" and self.simulated.covered():
             self.lift_lid()
         with self._timed("captures"):
             frame = self.frame(self.capture(state.view))
@@ -150,7 +113,7 @@ class Studio:
                 free_space=FreeSpace.of(seen_in(frame)),
             )
             picture = Picture.of(state, np.asarray(frame.rgb))
-        return shot, self._labelled(state, seen), picture
+        return shot, ShotTruth(state=state, bodies=self.bodies_under(seen)), picture
 
     @contextmanager
     def _timed(self, what: str) -> Iterator[None]:
@@ -162,7 +125,7 @@ class Studio:
     def capture(self, view: str) -> FrameId:
         """Drive to a view and take a frame."""
         self._drive(view)
-        return self._executor.capture(Capture(episode=WHO, step=0)).frame
+        return self.executor.capture(Capture(episode=WHO, step=0)).frame
 
     def frame(self, frame: FrameId) -> Frame:
         """The pixels of a frame that was taken."""
@@ -171,34 +134,16 @@ class Studio:
     def perceive(self, frame: FrameId) -> Observations:
         """What perception says of a frame."""
         asked = Observe(episode=WHO, step=0, frame=frame, target=self._generated.target)
-        return self._perception.observe(asked)
-
-    def lift_lid(self) -> None:
-        """Put the lid where the arm puts it, at rest."""
-        place = self._cell.lid_place
-        low = np.array([0.0, 0.0, scene_bodies.LID_THICKNESS_M / 2.0])
-        turned = rotation_z(float(np.radians(place.yaw_deg)))
-        world = self._simulated.world
-        world.put(scene_bodies.LID, rigid(turned, np.asarray(place.position_m) + low))
-        world.step(round(LID_RESTS_S / STEP_S))
+        return self.perception.observe(asked)
 
     def _drive(self, view: str) -> None:
-        start = self._devices.arm.joints_rad()
-        pose = views.flange_pose(self._cell, self._cell.view(view))
+        start = self.devices.arm.joints_rad()
+        pose = views.flange_pose(self.cell, self.cell.view(view))
         end = kinematics.solutions(pose, start)[0]
-        self._devices.arm.follow(_straight(start, end), lambda: False)
+        self.devices.arm.follow(_straight(start, end), lambda: False)
 
-    def _truth(self, frame: FrameId | None = None) -> Truth:
-        return self._executor.truth(AskTruth(frame=frame))
-
-    def _labelled(self, state: State, seen: Observations) -> ShotTruth:
-        segmentation = self._truth(seen.frame).segmentation
-        if segmentation is None:
-            raise InfrastructureError(f"the simulated cell has no segmentation of {seen.frame}")
-        names = [body.name for body in self._generated.scene.bodies]
-        return ShotTruth(
-            state=state, bodies=recording_labels.bodies_under(seen, segmentation, names)
-        )
+    def _truth(self) -> Truth:
+        return self.executor.truth(AskTruth())
 
     def _check_nothing_moved(self, before: Truth) -> None:
         for then, now in zip(before.bodies, self._truth().bodies, strict=True):
@@ -213,12 +158,12 @@ class Studio:
     def _recording(self, covered: bool, shots: tuple[Shot, ...]) -> Recording:
         scene = self._generated.scene
         with self._timed("feasibility"):
-            feasible = prospects(shots, covered, self._cell, (scene.family, scene.seed))
+            feasible = prospects(shots, covered, self.cell, (scene.family, scene.seed))
         return Recording(
             format=FORMAT,
             family=scene.family,
             seed=scene.seed,
-            made_with=made_with(self._cell, self._perception.backend),
+            made_with=made_with(self.cell, self.perception.backend),
             sentence=self._generated.sentence,
             target=self._generated.target,
             covered=covered,

@@ -67,7 +67,7 @@ class Table(Nudged):
         self._injector = left.injector
         self.bodies |= left.bodies
         if left.cover == "open":
-            self.take_lid_away()
+            self.lift_lid()
         if left.disturbed is not None:
             self._disturb(left.disturbed)
 

@@ -5,42 +5,31 @@ end, and to tell whether replayed episodes go as they would go live.
 """
 
 from itertools import count
-from types import TracebackType
-from typing import Final, Self, TypeVar
+from typing import Final, TypeVar
 
 from surefetch.common.cell import InformRow
 from surefetch.common.errors import BadInput, SurefetchError
 from surefetch.common.injections import Injector, kind_of_action
 from surefetch.common.messages import (
-    AskTruth,
     Estimate,
     Feasibility,
-    FrameInfo,
     Grasp,
     Inform,
     Look,
     Message,
-    Observations,
     Outcome,
     Verb,
 )
 from surefetch.common.topics import FRAME, Topic
-from surefetch.evaluation.recordings import labels
+from surefetch.evaluation.recordings.bench import Bench
 from surefetch.evaluation.recordings.desk import Desk
 from surefetch.evaluation.recordings.free_space import FreeSpace, seen_in
 from surefetch.evaluation.recordings.recording import Cover, State
 from surefetch.evaluation.replaying.beliefs import EPISODE, History
 from surefetch.evaluation.replaying.world import Report, Sight, ViewFailed, WorldFailed
 from surefetch.evaluation.scenes.generate import GeneratedScene
-from surefetch.executor.grasping.antipodal import AntipodalProposer
-from surefetch.executor.service import ExecutorService
-from surefetch.executor.simulation.pybullet_cell import PybulletCell
-from surefetch.executor.simulation.pybullet_devices import pybullet_devices
-from surefetch.executor.simulation.scorer_questions import Simulation
-from surefetch.executor.skills.situation import Workcell
 from surefetch.perception.backends import BACKENDS
 from surefetch.perception.frame_geometry import LatestGeometry
-from surefetch.perception.service import PerceptionService
 from surefetch.planner.account import Account, End
 from surefetch.planner.crew import Crew
 from surefetch.planner.episode_state import EpisodeState
@@ -55,7 +44,7 @@ BOOT: Final = "live"
 FRAME_S: Final = 1.0
 
 
-class LiveWorld:
+class LiveWorld(Bench):
     """One episode's table. `bodies` grows with every look, for the scorer alone."""
 
     def __init__(
@@ -70,17 +59,7 @@ class LiveWorld:
         self._errand = errand
         self._injector = injector
         self._desk = desk = Counter(BOOT)
-        self.simulated = PybulletCell(errand.cell)
-        self._executor = ExecutorService(
-            Workcell.of(errand.cell, AntipodalProposer()),
-            pybullet_devices(self.simulated),
-            desk,
-            backend="pybullet",
-            simulated=Simulation(self.simulated),
-        )
-        geometry = LatestGeometry()
-        desk.seat(self._executor.handles)
-        desk.seat(PerceptionService(desk, BACKENDS[perception](geometry), geometry).handles)
+        super().__init__(generated.scene, errand.cell, perception, desk)
         ids = count()
         self._crew = TimedCrew(
             desk,
@@ -91,25 +70,13 @@ class LiveWorld:
         self._n_looks = 0
         self._estimate = NOTHING_SEEN
         self._at_view = False
-        self._executor.load_scene(generated.scene)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.simulated.close()
 
     def see(self, view: str) -> Sight:
         """Drive there if need be, capture and perceive. Raises ViewFailed."""
         self._drive(view)
         frame = self._crew.capture()
         seen = self._crew.observe(frame, self._errand.target, view)
-        self._label(frame, seen)
+        self.bodies |= self.bodies_under(seen)
         self._n_looks += 1
         pixels = self._desk.ask(FRAME, frame.frame, timeout_s=FRAME_S)
         space = FreeSpace.of(seen_in(pixels))
@@ -168,12 +135,6 @@ class LiveWorld:
             self._at_view, why = outcome.status == "done", outcome.why
         if not self._at_view:
             raise ViewFailed(view, why)
-
-    def _label(self, frame: FrameInfo, seen: Observations) -> None:
-        segmentation = self._executor.truth(AskTruth(frame=frame.frame)).segmentation
-        if segmentation is not None:
-            names = [body.name for body in self._generated.scene.bodies]
-            self.bodies |= labels.bodies_under(seen, segmentation, names)
 
     def _cover(self) -> Cover:
         container = self._generated.scene.container

@@ -36,13 +36,6 @@ class Nudged(LiveWorld):
         self._dice = stream(made.scene.family, made.scene.seed, "outcome", "nudge", attempt)
         self.attempts: list[Attempt] = []
 
-    def take_lid_away(self) -> None:
-        """Put the lid by hand where the robot puts it down."""
-        T_world_lid = np.eye(4)
-        T_world_lid[:3, 3] = self._errand.cell.lid_place.position_m
-        T_world_lid[2, 3] += scene_bodies.LID_THICKNESS_M / 2.0
-        self.simulated.world.put(scene_bodies.LID, T_world_lid)
-
     def nudge(self, name: str) -> None:
         """Move a thing a little, but not into another."""
         x, y = self._dice.normal(0.0, NUDGE_M, 2)
@@ -104,7 +97,7 @@ class GraspMeasured(Nudged):
     def inform(self, row: InformRow) -> Report:
         """Look from elsewhere, or find the cover gone."""
         if row.kind == "remove_cover":
-            self.take_lid_away()
+            self.lift_lid()
             return Report(done=True)
         return super().inform(row)
 
