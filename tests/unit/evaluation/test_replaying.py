@@ -9,7 +9,7 @@ from replayed_table import NEVER_FAILS, TABLES, Spy, evaluated, names, replayed
 from scripted_table import CELL, Table, scripted_cell
 
 from surefetch.common.errors import BadInput
-from surefetch.common.messages import Choice, Ended, Feasibility, Grasp, InformVerdict
+from surefetch.common.messages import Choice, Ended, Feasibility, Grasp, Inform, InformVerdict
 from surefetch.evaluation.policies.observation import Observation
 from surefetch.evaluation.policies.planned import Planned
 from surefetch.evaluation.recordings.recording import FeasibleAfter, Recording, State
@@ -140,11 +140,30 @@ def test_an_action_that_is_not_open_is_refused() -> None:
         replayed(Careless(), record(TABLES["one is clear"], wanted=0))
 
 
-def test_an_episode_ends_at_the_profile_s_last_action() -> None:
+def test_a_look_that_fails_too_often_is_given_up() -> None:
     fails = {"right": ["failed"] * 9, "close_high": ["failed"] * 9}
     played = replayed(Planned(), record(TABLES["it must be looked at"], wanted=0), fails=fails)
     assert (played.end.outcome, played.end.reason) == ("failed", "view_failed")
     assert names(played.taken) == ["right"] * 3 + ["close_high"] * 3
+
+
+class Restless:
+    """Looks while it can, then grasps at one thing after the other."""
+
+    def act(self, now: Observation) -> Choice:
+        if now.informs:
+            return Inform(name=now.informs[0].name)
+        grasps = {grip.track: grip for grip in now.grasps}
+        one = grasps[sorted(grasps)[now.n_actions % len(grasps)]]
+        return Grasp(track=one.track, relation=one.relation)
+
+
+def test_an_episode_ends_at_the_profile_s_last_action() -> None:
+    fails = {name: ["failed"] * 2 for name in ("remove_cover", "right", "close_high", "grasp")}
+    recorded = record(TABLES["it is under the cover"], wanted=0)
+    played = replayed(Restless(), recorded, fails=fails)
+    assert (played.end.outcome, played.end.reason) == ("failed", "step_limit")
+    assert len(played.taken) == PROFILES["extended"].max_actions
 
 
 def test_an_episode_is_written_down_as_it_was_played() -> None:
