@@ -62,13 +62,19 @@ def _sources(names: tuple[str, ...]) -> str:
 
 
 def _files(module: ModuleType) -> Iterator[tuple[Path, str]]:
-    """A module's file, or all files of a package, each with its name within it."""
+    """A module's file, or all files of a package, each with its name within it.
+
+    Where a package lies in several folders, the first that has a file is the one imported.
+    """
     if not hasattr(module, "__path__"):
         path = Path(str(module.__file__))
         yield path, path.name
         return
+    found: dict[str, Path] = {}
     for folder in map(Path, module.__path__):
-        yield from ((path, str(path.relative_to(folder))) for path in sorted(folder.rglob("*.py")))
+        for path in folder.rglob("*.py"):
+            found.setdefault(str(path.relative_to(folder)), path)
+    yield from ((path, name) for name, path in sorted(found.items()))
 
 
 def _digest(parts: list[bytes]) -> str:
